@@ -1,0 +1,31 @@
+/// Indexed triangles as a file holds them, before anything is known of their topology.
+#pragma once
+
+#include "gradus/mesh/tri_mesh.hpp"
+
+namespace gradus {
+
+/// Where a vertex lies on a parametric surface: a patch of the model and parameters in its domain.
+struct SurfacePoint {
+    int patch = -1;
+    Eigen::Vector2d uv{0, 0};
+};
+
+/// Triangles of a file with what came along. Polygons are split into fans by the readers.
+struct TriangleSoup {
+    std::vector<Eigen::Vector3d> points;
+    std::vector<Triangle> triangles;
+    std::vector<int> labels;  ///< one per triangle (Medit reference, patch), or empty
+
+    /// Parameters of a vertex on a patch; a vertex on a shared curve has one entry per patch. May be empty.
+    struct Parameters {
+        int vertex;
+        SurfacePoint at;
+    };
+    std::vector<Parameters> parameters;
+
+    std::vector<std::array<int, 2>> edges;  ///< feature edges, or empty
+    std::vector<int> corners;               ///< vertices that are feature corners, or empty
+};
+
+}  // namespace gradus
