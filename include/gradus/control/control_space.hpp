@@ -1,0 +1,51 @@
+/// The continuous control space: the size map of a background mesh, interpolated between its vertices.
+#pragma once
+
+#include "gradus/control/background.hpp"
+
+#include <span>
+#include <vector>
+
+namespace gradus {
+
+/// Sizes vary geometrically over each triangle: ln h is linear. [Borouchaki 1998, eq. 6]
+/// A point near the mesh is taken to the triangle it projects into, found by walking from a triangle that is known to be near:
+/// so parts that touch or intersect are never confused, and nothing but the mesh is needed.
+class ControlSpace {
+  public:
+    /// @param sizes  one per vertex, > 0 and finite
+    /// @throws std::invalid_argument for a wrong number of sizes or a size that is not positive and finite
+    ControlSpace(const Background& background, std::span<const double> sizes);
+
+    /// Size at p, walking from `triangle` (a triangle of the background near p), which is set to the one p falls into.
+    double size(const Eigen::Vector3d& p, int& triangle) const;
+    /// A triangle of the background that holds the parameters, or the nearest there is on that patch.
+    int locate(const SurfacePoint& at) const;
+    /// Size at a place of the surface, interpolated in (u, v).
+    double size(const SurfacePoint& at) const;
+    /// Number of triangles a unit mesh has: the sum over triangles of the integral of 1 / (sqrt(3)/4 h^2).
+    double predicted_triangles() const;
+
+    int num_triangles() const { return static_cast<int>(cells_.size()); }
+
+  private:
+    // What a step of the walk reads, in one place: barycentric coordinates are 1 - a - b, a, b with a = ga.(p - p0), b = gb.(p - p0).
+    struct Cell {
+        Eigen::Vector3d p0, ga, gb;
+        double log0, da, db;  // ln h = log0 + a da + b db
+        std::array<int, 3> neighbour;  // across the edge opposite to corner k, -1 on the boundary
+    };
+    struct Grid {
+        Domain domain;
+        int cells = 0;
+        std::vector<int> triangle;  // one per cell: a triangle near its middle
+    };
+    double log_size_in_parameters(const SurfacePoint& at, int& triangle) const;
+
+    std::vector<Cell> cells_;
+    std::vector<double> areas_;
+    const Background* background_;
+    std::vector<Grid> grids_;  // one per patch
+};
+
+}  // namespace gradus

@@ -1,0 +1,40 @@
+/// Sizes from curvature: how long an edge may be where the surface has a given minimal radius of curvature.
+#pragma once
+
+#include "gradus/control/background.hpp"
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace gradus {
+
+/// One of four rules, then clamped to [hmin, hmax]. rho is the minimal radius of curvature 1 / max(|k1|, |k2|). [theory of the
+/// circle: a chord of length h on a circle of radius rho]
+struct SizingRule {
+    enum class Kind {
+        Proportional,        ///< h = value rho
+        RelativeChordError,  ///< value = gap between chord and arc over rho, in (0, 1]: h = 2 rho sqrt(value (2 - value))
+        ChordError,          ///< value = gap between chord and arc, unit of length: h = 2 sqrt(value (2 rho - value))
+        NormalAngle          ///< value = angle between the normals at the ends of an edge, radians, in (0, pi]: h = 2 rho sin(value / 2)
+    };
+    Kind kind = Kind::Proportional;
+    double value = 0.3;
+    double hmin = 0;                                        ///< unit of length, >= 0
+    double hmax = std::numeric_limits<double>::infinity();  ///< unit of length, > hmin
+
+    /// A size prescribed at a point: its map is lowered to `size` at the nearest vertex of the background.
+    struct At {
+        Eigen::Vector3d point;
+        double size;
+    };
+    std::vector<At> at;
+};
+
+/// @throws std::invalid_argument naming the value that is out of range
+void check(const SizingRule& rule);
+
+/// Size for a minimal radius rho >= 0 (may be infinite), clamped.
+double size_from_radius(const SizingRule& rule, double rho);
+
+}  // namespace gradus

@@ -1,0 +1,107 @@
+#include "gradus/control/background.hpp"
+
+#include "gradus/surface/projection.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace gradus {
+
+namespace {
+
+constexpr double kOnSurface = 1e-6;  // distance from its patch, over the diagonal, at which a vertex counts as on it
+
+using Corners = std::array<Eigen::Vector2d, 3>;
+
+// Parameters of each vertex, grouped by vertex.
+class ParameterTable {
+  public:
+    ParameterTable(const TriangleSoup& soup) : first_(soup.points.size() + 1, 0), entries_(soup.parameters.size()) {
+        for (const auto& p : soup.parameters) ++first_[p.vertex + 1];
+        for (std::size_t v = 0; v + 1 < first_.size(); ++v) first_[v + 1] += first_[v];
+        std::vector<int> fill(first_.begin(), first_.end() - 1);
+        for (const auto& p : soup.parameters) entries_[fill[p.vertex]++] = p.at;
+    }
+    std::span<const SurfacePoint> of(int vertex) const { return {entries_.data() + first_[vertex], entries_.data() + first_[vertex + 1]}; }
+
+  private:
+    std::vector<int> first_;
+    std::vector<SurfacePoint> entries_;
+};
+
+// A vertex on a seam or a pole has several places on one patch: take those that lie closest together.
+bool corners_from_table(const ParameterTable& table, const Triangle& triangle, int patch, Corners& corners) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const SurfacePoint& a : table.of(triangle[0]))
+        for (const SurfacePoint& b : table.of(triangle[1]))
+            for (const SurfacePoint& c : table.of(triangle[2])) {
+                if (a.patch != patch || b.patch != patch || c.patch != patch) continue;
+                const double spread = (a.uv - b.uv).squaredNorm() + (b.uv - c.uv).squaredNorm() + (c.uv - a.uv).squaredNorm();
+                if (spread < least) least = spread, corners = {a.uv, b.uv, c.uv};
+            }
+    return least < std::numeric_limits<double>::infinity();
+}
+
+int nearest_patch(const PatchModel& model, const Eigen::Vector3d& p) {
+    int best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < model.num_patches(); ++i) {
+        const double distance = project(model.patch(i), p).distance;
+        if (distance < least) least = distance, best = i;
+    }
+    return best;
+}
+
+}  // namespace
+
+Background background_from_soup(const PatchModel& model, const TriangleSoup& soup) {
+    Background background{make_mesh(soup.points, soup.triangles), {}, {}};
+    const ParameterTable table(soup);
+    background.patch.reserve(soup.triangles.size());
+    background.uv.reserve(soup.triangles.size());
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+        const Triangle& triangle = soup.triangles[t];
+        const Eigen::Vector3d centre = (soup.points[triangle[0]] + soup.points[triangle[1]] + soup.points[triangle[2]]) / 3;
+        int patch = soup.labels.empty() ? -1 : soup.labels[t] - 1;
+        if (patch < 0 || patch >= model.num_patches()) patch = nearest_patch(model, centre);
+        Corners corners;
+        if (!corners_from_table(table, triangle, patch, corners)) {
+            const Eigen::Vector2d start = project(model.patch(patch), centre).uv;
+            for (int k = 0; k < 3; ++k) {
+                const Projection foot = project(model.patch(patch), soup.points[triangle[k]], start);
+                if (foot.distance > kOnSurface * model.diagonal())
+                    throw std::invalid_argument("background: vertex " + std::to_string(triangle[k] + 1) + " is off patch " + std::to_string(patch + 1) + " by " +
+                                                std::to_string(foot.distance));
+                corners[k] = foot.uv;
+            }
+        }
+        background.patch.push_back(patch);
+        background.uv.push_back(corners);
+    }
+    return background;
+}
+
+TriangleSoup soup_from_background(const Background& background) {
+    TriangleSoup soup;
+    const auto points = points_of(background.mesh);
+    soup.points.assign(points.begin(), points.end());
+    soup.triangles = triangles_of(background.mesh);
+    // Each vertex once per place, in the order of its triangles.
+    std::vector<std::vector<SurfacePoint>> places(points.size());
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+        soup.labels.push_back(background.patch[t] + 1);
+        for (int k = 0; k < 3; ++k) {
+            const int v = soup.triangles[t][k];
+            const SurfacePoint at{background.patch[t], background.uv[t][k]};
+            const bool known = std::any_of(places[v].begin(), places[v].end(), [&](const SurfacePoint& p) { return p.patch == at.patch && p.uv == at.uv; });
+            if (!known) places[v].push_back(at);
+        }
+    }
+    for (std::size_t v = 0; v < places.size(); ++v)
+        for (const SurfacePoint& at : places[v]) soup.parameters.push_back({static_cast<int>(v), at});
+    return soup;
+}
+
+}  // namespace gradus

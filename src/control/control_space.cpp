@@ -1,0 +1,186 @@
+#include "gradus/control/control_space.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace gradus {
+
+namespace {
+
+constexpr double kInside = 1e-9;  // barycentric coordinates this far below 0 count as inside
+constexpr int kMostSteps = 10000; // a walk is a few steps long; the bound only stops one that circles
+
+// Weights of the corners after those that are negative are dropped.
+std::array<double, 3> clamped(double a, double b) {
+    std::array<double, 3> w{std::max(0.0, 1 - a - b), std::max(0.0, a), std::max(0.0, b)};
+    const double sum = w[0] + w[1] + w[2];
+    for (double& x : w) x /= sum;
+    return w;
+}
+
+
+// The corner with the most negative coordinate whose opposite edge has a neighbour.
+int way_out(double a, double b, const std::array<int, 3>& neighbour) {
+    const std::array<double, 3> w{1 - a - b, a, b};
+    int out = -1;
+    for (int k = 0; k < 3; ++k)
+        if (w[k] < -kInside && neighbour[k] >= 0 && (out < 0 || w[k] < w[out])) out = k;
+    return out;
+}
+
+}  // namespace
+
+ControlSpace::ControlSpace(const Background& background, std::span<const double> sizes) : background_(&background) {
+    const TriMesh& mesh = background.mesh;
+    if (sizes.size() != mesh.n_vertices())
+        throw std::invalid_argument("ControlSpace: " + std::to_string(sizes.size()) + " sizes for " + std::to_string(mesh.n_vertices()) + " vertices");
+    for (std::size_t v = 0; v < sizes.size(); ++v)
+        if (!(sizes[v] > 0) || !std::isfinite(sizes[v])) throw std::invalid_argument("ControlSpace: size of vertex " + std::to_string(v) + " is not positive and finite");
+
+    const auto points = points_of(mesh);
+    std::vector<double> logs(sizes.size());
+    std::transform(sizes.begin(), sizes.end(), logs.begin(), [](double h) { return std::log(h); });
+    cells_.resize(mesh.n_faces());
+    areas_.resize(mesh.n_faces());
+    for (const auto face : mesh.faces()) {
+        Cell& cell = cells_[face.idx()];
+        std::array<int, 3> corner;
+        int k = 0;
+        // The half-edge that ends in corner k starts in corner k - 1: it is opposite to corner k + 1.
+        for (const auto halfedge : face.halfedges()) {
+            corner[k] = halfedge.to().idx();
+            const auto beyond = halfedge.opp().face();
+            cell.neighbour[(k + 1) % 3] = beyond.is_valid() ? beyond.idx() : -1;
+            ++k;
+        }
+        const Eigen::Vector3d e1 = points[corner[1]] - points[corner[0]], e2 = points[corner[2]] - points[corner[0]];
+        const Eigen::Vector3d n = e1.cross(e2);
+        const double n2 = n.squaredNorm();
+        cell.p0 = points[corner[0]];
+        cell.ga = n2 > 0 ? Eigen::Vector3d(e2.cross(n) / n2) : Eigen::Vector3d::Zero();
+        cell.gb = n2 > 0 ? Eigen::Vector3d(n.cross(e1) / n2) : Eigen::Vector3d::Zero();
+        cell.log0 = logs[corner[0]];
+        cell.da = logs[corner[1]] - cell.log0;
+        cell.db = logs[corner[2]] - cell.log0;
+        areas_[face.idx()] = std::sqrt(n2) / 2;
+    }
+
+    // A grid of about one cell per two triangles of a patch gives each walk in parameters a start.
+    if (background.patch.empty()) return;
+    const int patches = *std::max_element(background.patch.begin(), background.patch.end()) + 1;
+    std::vector<int> count(patches, 0);
+    grids_.resize(patches);
+    for (const int p : background.patch) ++count[p];
+    for (std::size_t t = 0; t < cells_.size(); ++t) {
+        const int p = background.patch[t];
+        Grid& grid = grids_[p];
+        if (grid.cells == 0) {
+            grid.cells = std::max(1, static_cast<int>(std::sqrt(count[p] / 2.0)));
+            grid.domain = {background.uv[t][0], background.uv[t][0]};
+            grid.triangle.assign(grid.cells * grid.cells, -1);
+        }
+        for (const Eigen::Vector2d& x : background.uv[t]) {
+            grid.domain.min = grid.domain.min.cwiseMin(x);
+            grid.domain.max = grid.domain.max.cwiseMax(x);
+        }
+    }
+    const auto cell_of = [](const Grid& grid, const Eigen::Vector2d& x, int axis) {
+        const double extent = grid.domain.max[axis] - grid.domain.min[axis];
+        const double s = extent > 0 ? (x[axis] - grid.domain.min[axis]) / extent : 0;
+        return std::clamp(static_cast<int>(s * grid.cells), 0, grid.cells - 1);
+    };
+    for (std::size_t t = 0; t < cells_.size(); ++t) {
+        Grid& grid = grids_[background.patch[t]];
+        const auto& uv = background.uv[t];
+        const Eigen::Vector2d low = uv[0].cwiseMin(uv[1]).cwiseMin(uv[2]), high = uv[0].cwiseMax(uv[1]).cwiseMax(uv[2]);
+        for (int j = cell_of(grid, low, 1); j <= cell_of(grid, high, 1); ++j)
+            for (int i = cell_of(grid, low, 0); i <= cell_of(grid, high, 0); ++i)
+                if (int& start = grid.triangle[j * grid.cells + i]; start < 0) start = static_cast<int>(t);
+    }
+    for (Grid& grid : grids_) {
+        int last = -1;
+        for (const int t : grid.triangle)
+            if (t >= 0) {
+                last = t;
+                break;
+            }
+        for (int& t : grid.triangle) last = t = t >= 0 ? t : last;
+    }
+}
+
+double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
+    int came_from = -1;
+    for (int step = 0; step < kMostSteps; ++step) {
+        const Cell& cell = cells_[triangle];
+        const Eigen::Vector3d d = p - cell.p0;
+        const double a = cell.ga.dot(d), b = cell.gb.dot(d);
+        if (a >= -kInside && b >= -kInside && a + b <= 1 + kInside) return std::exp(cell.log0 + a * cell.da + b * cell.db);
+        const int out = way_out(a, b, cell.neighbour);
+        // Over a convex edge neither triangle holds the point: the walk would go to and fro.
+        if (out < 0 || cell.neighbour[out] == came_from) {
+            const auto w = clamped(a, b);
+            return std::exp(cell.log0 + w[1] * cell.da + w[2] * cell.db);
+        }
+        came_from = triangle;
+        triangle = cell.neighbour[out];
+    }
+    return std::exp(cells_[triangle].log0);
+}
+
+double ControlSpace::log_size_in_parameters(const SurfacePoint& at, int& triangle) const {
+    const Grid& grid = grids_[at.patch];
+    const Eigen::Vector2d extent = (grid.domain.max - grid.domain.min).cwiseMax(1e-300);
+    const auto index = [&](int axis) {
+        return std::clamp(static_cast<int>((at.uv[axis] - grid.domain.min[axis]) / extent[axis] * grid.cells), 0, grid.cells - 1);
+    };
+    triangle = grid.triangle[index(1) * grid.cells + index(0)];
+    int came_from = -1;
+    double a = 0, b = 0;
+    for (int step = 0; step < kMostSteps; ++step) {
+        const auto& uv = background_->uv[triangle];
+        const Eigen::Vector2d e1 = uv[1] - uv[0], e2 = uv[2] - uv[0], d = at.uv - uv[0];
+        const double det = e1.x() * e2.y() - e1.y() * e2.x();
+        a = det != 0 ? (d.x() * e2.y() - d.y() * e2.x()) / det : 0;
+        b = det != 0 ? (e1.x() * d.y() - e1.y() * d.x()) / det : 0;
+        std::array<int, 3> inside_patch = cells_[triangle].neighbour;
+        for (int& n : inside_patch)
+            if (n >= 0 && background_->patch[n] != at.patch) n = -1;
+        const int out = way_out(a, b, inside_patch);
+        if (out < 0 || inside_patch[out] == came_from) break;
+        came_from = triangle;
+        triangle = inside_patch[out];
+    }
+    const auto w = clamped(a, b);
+    return cells_[triangle].log0 + w[1] * cells_[triangle].da + w[2] * cells_[triangle].db;
+}
+
+int ControlSpace::locate(const SurfacePoint& at) const {
+    int triangle = -1;
+    log_size_in_parameters(at, triangle);
+    return triangle;
+}
+
+double ControlSpace::size(const SurfacePoint& at) const {
+    int triangle = -1;
+    return std::exp(log_size_in_parameters(at, triangle));
+}
+
+double ControlSpace::predicted_triangles() const {
+    // Seven points, exact to degree 5 [Radon 1948].
+    const double r = std::sqrt(15.0);
+    const double a1 = (6 - r) / 21, a2 = (6 + r) / 21, w0 = 9.0 / 40, w1 = (155 - r) / 1200, w2 = (155 + r) / 1200;
+    double sum = 0;
+    for (std::size_t t = 0; t < cells_.size(); ++t) {
+        const Cell& c = cells_[t];
+        const auto density = [&](double a, double b) { return std::exp(-2 * (c.log0 + a * c.da + b * c.db)); };
+        const auto orbit = [&](double a) { return density(a, a) + density(a, 1 - 2 * a) + density(1 - 2 * a, a); };
+        sum += areas_[t] * (w0 * density(1.0 / 3, 1.0 / 3) + w1 * orbit(a1) + w2 * orbit(a2));
+    }
+    return sum / (std::numbers::sqrt3 / 4);
+}
+
+}  // namespace gradus

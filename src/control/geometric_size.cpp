@@ -1,0 +1,469 @@
+#include "gradus/control/geometric_size.hpp"
+
+#include "gradus/control/metric.hpp"
+#include "gradus/curvature/principal.hpp"
+#include "gradus/mesh/connectivity.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <string>
+
+namespace gradus {
+
+namespace {
+
+constexpr double kLeastAspect = 0.15;  // height over longest edge below which a triangle is a needle worth cutting
+
+// Fixed and free parameter of a side, and its extent.
+struct SideFrame {
+    int along;       // 0: u, 1: v
+    double fixed;    // value of the other parameter
+    double low, high;
+};
+
+SideFrame frame_of(const Domain& domain, Side side) {
+    switch (side) {
+        case Side::Bottom: return {0, domain.min.y(), domain.min.x(), domain.max.x()};
+        case Side::Top: return {0, domain.max.y(), domain.min.x(), domain.max.x()};
+        case Side::Left: return {1, domain.min.x(), domain.min.y(), domain.max.y()};
+        case Side::Right: return {1, domain.max.x(), domain.min.y(), domain.max.y()};
+    }
+    return {};
+}
+
+bool on_side(const SideFrame& frame, const Eigen::Vector2d& uv) { return uv[1 - frame.along] == frame.fixed; }
+
+double side_parameter(const SideFrame& frame, const Eigen::Vector2d& uv) { return (uv[frame.along] - frame.low) / (frame.high - frame.low); }
+
+bool is_feature(CurveKind kind) { return kind == CurveKind::Boundary || kind == CurveKind::Crease; }
+
+// Radius of curvature of the curve along a side; infinite where it is straight or stands still.
+double curve_radius(const PatchModel& model, const SurfacePoint& at, int along) {
+    const Jet2 jet = model.patch(at.patch).jet2(at.uv);
+    const Eigen::Vector3d d = along == 0 ? jet.du : jet.dv, dd = along == 0 ? jet.duu : jet.dvv;
+    const double speed = d.norm(), turn = d.cross(dd).norm();
+    return turn > 1e-12 * speed * speed * speed / model.diagonal() ? speed * speed * speed / turn : std::numeric_limits<double>::infinity();
+}
+
+// A mesh of the patches under refinement. Half-edges on model curves carry the curve as tag.
+class Builder {
+  public:
+    Builder(const PatchModel& model, const SizingRule& rule) : model_(model), rule_(rule) {}
+
+    void start_from_grid(int cells);
+    void start_from(const Background& background, std::span<const double> sizes);
+    // Bisects until no triangle is marked, in passes over what is new. @returns false if max_triangles was reached
+    template <class Mark>
+    bool refine(const Mark& mark, int max_triangles);
+
+    bool misrepresented(int t, const BackgroundOptions& options, double* error) const;
+    bool coarse_for_gradation(int t, double longest, std::span<const double> graded) const;
+    bool near_prescribed(int t) const;
+    void lower_to_prescribed();
+    SizedBackground result() const;
+    const std::vector<std::array<int, 2>>& parents() const { return parents_; }
+    int num_vertices() const { return static_cast<int>(points_.size()); }
+    const Connectivity& mesh() const { return mesh_; }
+    const std::vector<Eigen::Vector3d>& points() const { return points_; }
+
+  private:
+    double exact_size(const SurfacePoint& at) const { return size_from_radius(rule_, minimal_radius(model_.patch(at.patch), at.uv)); }
+    double size_on_edge(int h, const SurfacePoint& middle) const;
+    double length(int h) const { return (points_[mesh_.origin(h)] - points_[mesh_.target(h)]).norm(); }
+    int longest_edge(int t) const;
+    SurfacePoint middle_of(int h) const;
+    SurfacePoint other_side_of(int h, const SurfacePoint& middle) const;
+    void bisect(int h);
+    void tag_curves();
+    int use_of(int h, int curve) const;
+
+    const PatchModel& model_;
+    const SizingRule& rule_;
+    Connectivity mesh_;
+    std::vector<Eigen::Vector3d> points_;
+    std::vector<double> sizes_;
+    std::vector<char> pole_;
+    std::vector<std::array<int, 2>> parents_;  // of vertices that came by bisection, in order
+    std::vector<int> patch_;
+    std::vector<std::array<Eigen::Vector2d, 3>> uv_;
+};
+
+void Builder::start_from_grid(int cells) {
+    std::vector<Triangle> triangles;
+    const int n = cells;
+    // Vertices: model vertices, then n - 1 on each curve, then the inside of each patch.
+    const int first_on_curves = static_cast<int>(model_.vertices().size());
+    for (const ModelVertex& v : model_.vertices()) points_.push_back(v.point), pole_.push_back(v.pole);
+    for (int c = 0; c < static_cast<int>(model_.curves().size()); ++c)
+        for (int i = 1; i < n; ++i) {
+            points_.push_back(model_.position(model_.on_curve(c, 0, static_cast<double>(i) / n)));
+            pole_.push_back(false);
+        }
+    const auto curve_vertex = [&](int c, int i) { return first_on_curves + c * (n - 1) + i - 1; };
+    for (int p = 0; p < model_.num_patches(); ++p) {
+        const Domain domain = model_.patch(p).domain();
+        const auto uniform = [&](int i, int j) {
+            // The ends are the domain's own numbers, so that a side is recognised exactly.
+            const Eigen::Vector2d s{static_cast<double>(i) / n, static_cast<double>(j) / n};
+            return Eigen::Vector2d(i == n ? domain.max.x() : domain.min.x() + s.x() * (domain.max.x() - domain.min.x()),
+                                   j == n ? domain.max.y() : domain.min.y() + s.y() * (domain.max.y() - domain.min.y()));
+        };
+        std::vector<int> id((n + 1) * (n + 1));
+        std::vector<Eigen::Vector2d> uv((n + 1) * (n + 1));
+        const int corner[4] = {0, n, n * (n + 1) + n, n * (n + 1)};
+        for (int j = 0; j <= n; ++j)
+            for (int i = 0; i <= n; ++i) uv[j * (n + 1) + i] = uniform(i, j);
+        for (int k = 0; k < 4; ++k) id[corner[k]] = model_.corner_vertex(p, k);
+        for (int j = 1; j < n; ++j)
+            for (int i = 1; i < n; ++i) {
+                id[j * (n + 1) + i] = static_cast<int>(points_.size());
+                points_.push_back(model_.patch(p).position(uniform(i, j)));
+                pole_.push_back(false);
+            }
+        for (int s = 0; s < 4; ++s) {
+            const auto side = static_cast<Side>(s);
+            const auto [c, use] = model_.side_curve(p, side);
+            const ModelCurve& curve = model_.curves()[c];
+            for (int i = 1; i < n; ++i) {
+                const int at = side == Side::Bottom ? i : side == Side::Top ? n * (n + 1) + i : side == Side::Left ? i * (n + 1) : i * (n + 1) + n;
+                if (curve.kind == CurveKind::Pole) {
+                    id[at] = curve.ends[0];
+                    continue;
+                }
+                const int k = curve.uses[use].reversed ? n - i : i;
+                id[at] = curve_vertex(c, k);
+                uv[at] = model_.on_curve(c, use, static_cast<double>(k) / n).uv;
+            }
+        }
+        const auto add = [&](int a, int b, int c) {
+            if (id[a] == id[b] || id[b] == id[c] || id[c] == id[a]) return;
+            if (model_.flipped(p)) std::swap(b, c);
+            triangles.push_back({id[a], id[b], id[c]});
+            patch_.push_back(p);
+            uv_.push_back({uv[a], uv[b], uv[c]});
+        };
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i < n; ++i) {
+                const int a = j * (n + 1) + i, b = a + 1, c = a + n + 2, d = a + n + 1;
+                // The shorter diagonal.
+                if ((points_[id[a]] - points_[id[c]]).squaredNorm() <= (points_[id[b]] - points_[id[d]]).squaredNorm()) {
+                    add(a, b, c);
+                    add(a, c, d);
+                } else {
+                    add(a, b, d);
+                    add(b, c, d);
+                }
+            }
+    }
+    // Points of pole curves are not used: drop them.
+    std::vector<int> renumber(points_.size(), -1);
+    int used = 0;
+    for (Triangle& t : triangles)
+        for (int& v : t) renumber[v] = 0;
+    for (std::size_t v = 0; v < points_.size(); ++v)
+        if (renumber[v] == 0) {
+            renumber[v] = used;
+            points_[used] = points_[v];
+            pole_[used++] = pole_[v];
+        }
+    points_.resize(used);
+    pole_.resize(used);
+    for (Triangle& t : triangles)
+        for (int& v : t) v = renumber[v];
+    mesh_ = Connectivity(used, triangles);
+    tag_curves();
+    sizes_.assign(used, std::numeric_limits<double>::infinity());
+    for (int t = 0; t < mesh_.num_triangles(); ++t)
+        for (int k = 0; k < 3; ++k) {
+            double& h = sizes_[mesh_.origin(3 * t + k)];
+            const SurfacePoint at{patch_[t], uv_[t][k]};
+            h = std::min(h, exact_size(at));
+            for (int s = 0; s < 4; ++s) {
+                const auto side = static_cast<Side>(s);
+                const SideFrame frame = frame_of(model_.patch(at.patch).domain(), side);
+                if (on_side(frame, at.uv) && is_feature(model_.curves()[model_.side_curve(at.patch, side).curve].kind))
+                    h = std::min(h, size_from_radius(rule_, curve_radius(model_, at, frame.along)));
+            }
+        }
+}
+
+void Builder::start_from(const Background& background, std::span<const double> sizes) {
+    const auto points = points_of(background.mesh);
+    points_.assign(points.begin(), points.end());
+    sizes_.assign(sizes.begin(), sizes.end());
+    patch_ = background.patch;
+    uv_ = background.uv;
+    mesh_ = Connectivity(static_cast<int>(points_.size()), triangles_of(background.mesh));
+    pole_.assign(points_.size(), false);
+    tag_curves();
+    // A vertex is a pole where one of its corners lies on a collapsed side.
+    for (int t = 0; t < mesh_.num_triangles(); ++t)
+        for (int k = 0; k < 3; ++k)
+            for (int s = 0; s < 4; ++s) {
+                const auto side = static_cast<Side>(s);
+                if (model_.curves()[model_.side_curve(patch_[t], side).curve].kind == CurveKind::Pole &&
+                    on_side(frame_of(model_.patch(patch_[t]).domain(), side), uv_[t][k]))
+                    pole_[mesh_.origin(3 * t + k)] = true;
+            }
+}
+
+// Which use of the curve the triangle side of h is: the one whose side holds both ends.
+int Builder::use_of(int h, int curve) const {
+    const int t = h / 3, k = h % 3;
+    const auto& uses = model_.curves()[curve].uses;
+    for (int use = 0; use < static_cast<int>(uses.size()); ++use) {
+        if (uses[use].patch != patch_[t]) continue;
+        const SideFrame frame = frame_of(model_.patch(patch_[t]).domain(), uses[use].side);
+        if (on_side(frame, uv_[t][k]) && on_side(frame, uv_[t][(k + 1) % 3])) return use;
+    }
+    return -1;
+}
+
+void Builder::tag_curves() {
+    for (int h = 0; h < 3 * mesh_.num_triangles(); ++h)
+        for (int s = 0; s < 4 && mesh_.tag(h) < 0; ++s) {
+            const int curve = model_.side_curve(patch_[h / 3], static_cast<Side>(s)).curve;
+            if (model_.curves()[curve].kind != CurveKind::Pole && use_of(h, curve) >= 0) mesh_.set_tag(h, curve);
+        }
+}
+
+int Builder::longest_edge(int t) const {
+    int longest = 3 * t;
+    const auto key = [&](int h) {
+        // Ties by vertex numbers: both triangles of an edge see the same order.
+        return std::tuple(length(h), std::max(mesh_.origin(h), mesh_.target(h)), std::min(mesh_.origin(h), mesh_.target(h)));
+    };
+    for (const int h : {3 * t + 1, 3 * t + 2})
+        if (key(h) > key(longest)) longest = h;
+    return longest;
+}
+
+// Middle of the edge in the parameters of its own triangle.
+SurfacePoint Builder::middle_of(int h) const {
+    const int t = h / 3, k = h % 3, curve = mesh_.tag(h);
+    Eigen::Vector2d a = uv_[t][k], b = uv_[t][(k + 1) % 3];
+    if (curve >= 0) {
+        const int use = use_of(h, curve);
+        const Side side = model_.curves()[curve].uses[use].side;
+        const SideFrame frame = frame_of(model_.patch(patch_[t]).domain(), side);
+        const double t0 = model_.curve_parameter(patch_[t], side, side_parameter(frame, a));
+        const double t1 = model_.curve_parameter(patch_[t], side, side_parameter(frame, b));
+        return model_.on_curve(curve, use, (t0 + t1) / 2);
+    }
+    // A pole is a whole side of parameters: approach it along the other end's own line.
+    for (int s = 0; s < 4; ++s) {
+        const auto side = static_cast<Side>(s);
+        if (model_.curves()[model_.side_curve(patch_[t], side).curve].kind != CurveKind::Pole) continue;
+        const SideFrame frame = frame_of(model_.patch(patch_[t]).domain(), side);
+        if (on_side(frame, a)) a[frame.along] = b[frame.along];
+        else if (on_side(frame, b)) b[frame.along] = a[frame.along];
+    }
+    return {patch_[t], (a + b) / 2};
+}
+
+// The same point in the parameters of the neighbouring triangle.
+SurfacePoint Builder::other_side_of(int h, const SurfacePoint& middle) const {
+    const int curve = mesh_.tag(h);
+    if (curve < 0) return middle;
+    const int use = use_of(h, curve);
+    const Side side = model_.curves()[curve].uses[use].side;
+    const double s = side_parameter(frame_of(model_.patch(middle.patch).domain(), side), middle.uv);
+    return model_.on_curve(curve, 1 - use, model_.curve_parameter(middle.patch, side, s));
+}
+
+double Builder::size_on_edge(int h, const SurfacePoint& middle) const {
+    double size = exact_size(middle);
+    const int curve = mesh_.tag(h);
+    if (curve < 0) return size;
+    if (mesh_.twin(h) >= 0) size = std::min(size, exact_size(other_side_of(h, middle)));
+    if (is_feature(model_.curves()[curve].kind)) {
+        const SideFrame frame = frame_of(model_.patch(middle.patch).domain(), model_.curves()[curve].uses[use_of(h, curve)].side);
+        size = std::min(size, size_from_radius(rule_, curve_radius(model_, middle, frame.along)));
+    }
+    return size;
+}
+
+void Builder::bisect(int h) {
+    const int g = mesh_.twin(h), curve = mesh_.tag(h);
+    const SurfacePoint middle = middle_of(h);
+    const SurfacePoint beyond = g >= 0 ? other_side_of(h, middle) : middle;
+    parents_.push_back({mesh_.origin(h), mesh_.target(h)});
+    sizes_.push_back(size_on_edge(h, middle));
+    // One position for both sides: that of the curve's first use.
+    points_.push_back(curve >= 0 && use_of(h, curve) == 1 ? model_.position(beyond) : model_.position(middle));
+    pole_.push_back(false);
+    mesh_.split(h);
+    const auto cut = [&](int side, const Eigen::Vector2d& uv) {
+        // a b c became a m c, and m b c was added.
+        const int t = side / 3, k = side % 3;
+        uv_.push_back({uv, uv_[t][(k + 1) % 3], uv_[t][(k + 2) % 3]});
+        patch_.push_back(patch_[t]);
+        uv_[t][(k + 1) % 3] = uv;
+    };
+    cut(h, middle.uv);
+    if (g >= 0) cut(g, beyond.uv);
+}
+
+template <class Mark>
+bool Builder::refine(const Mark& mark, int max_triangles) {
+    std::vector<int> queue(mesh_.num_triangles());
+    for (int t = 0; t < mesh_.num_triangles(); ++t) queue[t] = t;
+    std::vector<int> next;
+    while (!queue.empty()) {
+        next.clear();
+        for (const int start : queue) {
+            if (!mark(start)) continue;
+            if (mesh_.num_triangles() + 2 > max_triangles) return false;
+            // Follow longest edges until one is longest for both its triangles [Rivara 1997], and cut that one.
+            int t = start;
+            for (;;) {
+                const int h = longest_edge(t), g = mesh_.twin(h);
+                if (g < 0 || mesh_.twin(longest_edge(g / 3)) == h) {
+                    const int first_new = mesh_.num_triangles();
+                    bisect(h);
+                    next.push_back(h / 3);
+                    if (g >= 0) next.push_back(g / 3);
+                    for (int fresh = first_new; fresh < mesh_.num_triangles(); ++fresh) next.push_back(fresh);
+                    break;
+                }
+                t = g / 3;
+            }
+            next.push_back(start);
+        }
+        std::sort(next.begin(), next.end());
+        next.erase(std::unique(next.begin(), next.end()), next.end());
+        queue.swap(next);
+    }
+    return true;
+}
+
+bool Builder::misrepresented(int t, const BackgroundOptions& options, double* error) const {
+    const int longest = longest_edge(t);
+    const Triangle v = mesh_.triangle(t);
+    const double smallest = std::min({sizes_[v[0]], sizes_[v[1]], sizes_[v[2]]});
+    const double reach = length(longest);
+    const Eigen::Vector3d cross = (points_[v[1]] - points_[v[0]]).cross(points_[v[2]] - points_[v[0]]);
+    if (metric_length(reach, smallest, smallest) <= options.finest) {
+        // The mesh cannot show the map in more detail, but a size below all corners may hide inside.
+        const SurfacePoint centre{patch_[t], (uv_[t][0] + uv_[t][1] + uv_[t][2]) / 3};
+        return reach > options.finest * exact_size(centre);
+    }
+    if (cross.norm() < kLeastAspect * reach * reach) return true;
+    for (int h = 3 * t; h < 3 * t + 3; ++h) {
+        const int a = mesh_.origin(h), b = mesh_.target(h);
+        const SurfacePoint middle = middle_of(h);
+        const Eigen::Vector3d chord = points_[b] - points_[a];
+        const double L = chord.norm();
+        const Eigen::Vector3d gap = model_.position(middle) - (points_[a] + points_[b]) / 2;
+        if (gap.cross(chord).norm() > options.chord_tolerance * L * L) return true;
+        const double exact = size_on_edge(h, middle);
+        if (L <= options.finest * std::min(exact, smallest)) continue;
+        const double deviation = std::abs(std::log(exact * exact / (sizes_[a] * sizes_[b]))) / 2;
+        if (deviation > options.size_tolerance) return true;
+        *error = std::max(*error, deviation);
+    }
+    const double centre = exact_size({patch_[t], (uv_[t][0] + uv_[t][1] + uv_[t][2]) / 3});
+    const double deviation = std::abs(std::log(centre * centre * centre / (sizes_[v[0]] * sizes_[v[1]] * sizes_[v[2]]))) / 3;
+    if (deviation > options.size_tolerance) return true;
+    *error = std::max(*error, deviation);
+    return false;
+}
+
+bool Builder::coarse_for_gradation(int t, double longest, std::span<const double> graded) const {
+    for (int h = 3 * t; h < 3 * t + 3; ++h) {
+        const double a = graded[mesh_.origin(h)], b = graded[mesh_.target(h)];
+        if (std::max(a, b) > 1.1 * std::min(a, b) && length(h) > longest * std::min(a, b)) return true;
+    }
+    return false;
+}
+
+bool Builder::near_prescribed(int t) const {
+    for (const SizingRule::At& at : rule_.at) {
+        const Triangle v = mesh_.triangle(t);
+        const double reach = length(longest_edge(t));
+        if (reach <= at.size) continue;
+        // Within one edge length of the triangle's middle: the triangle that holds the point is among them.
+        if ((at.point - (points_[v[0]] + points_[v[1]] + points_[v[2]]) / 3).norm() <= reach) return true;
+    }
+    return false;
+}
+
+void Builder::lower_to_prescribed() {
+    for (const SizingRule::At& at : rule_.at) {
+        const auto nearest = std::min_element(points_.begin(), points_.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+            return (a - at.point).squaredNorm() < (b - at.point).squaredNorm();
+        });
+        double& h = sizes_[nearest - points_.begin()];
+        h = std::min(h, at.size);
+    }
+}
+
+SizedBackground Builder::result() const {
+    std::vector<Triangle> triangles(mesh_.num_triangles());
+    for (int t = 0; t < mesh_.num_triangles(); ++t) triangles[t] = mesh_.triangle(t);
+    return {{make_mesh(points_, triangles), patch_, uv_}, sizes_};
+}
+
+}  // namespace
+
+SizedBackground make_background(const PatchModel& model, const SizingRule& rule, const BackgroundOptions& options) {
+    check(rule);
+    if (options.cells < 2) throw std::invalid_argument("make_background: cells = " + std::to_string(options.cells) + " must be 2 or more");
+    if (!(options.size_tolerance > 0) || !(options.chord_tolerance > 0) || !(options.finest > 0))
+        throw std::invalid_argument("make_background: tolerances must be positive");
+    Builder builder(model, rule);
+    builder.start_from_grid(options.cells);
+    double error = 0;
+    const bool resolved = builder.refine(
+        [&](int t) { return builder.near_prescribed(t) || builder.misrepresented(t, options, &error); }, options.max_triangles);
+    builder.lower_to_prescribed();
+    SizedBackground result = builder.result();
+    result.largest_error = error;
+    result.resolved = resolved;
+    return result;
+}
+
+std::vector<double> geometric_sizes(const PatchModel& model, const Background& background, const SizingRule& rule) {
+    check(rule);
+    std::vector<double> sizes(background.mesh.n_vertices(), std::numeric_limits<double>::infinity());
+    const std::vector<Triangle> triangles = triangles_of(background.mesh);
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+        for (int k = 0; k < 3; ++k) {
+            double& h = sizes[triangles[t][k]];
+            h = std::min(h, size_from_radius(rule, minimal_radius(model.patch(background.patch[t]), background.uv[t][k])));
+        }
+    for (const SizingRule::At& at : rule.at) {
+        const auto points = points_of(background.mesh);
+        const auto nearest = std::min_element(points.begin(), points.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+            return (a - at.point).squaredNorm() < (b - at.point).squaredNorm();
+        });
+        double& h = sizes[nearest - points.begin()];
+        h = std::min(h, at.size);
+    }
+    return sizes;
+}
+
+int refine_for_gradation(const PatchModel& model, const SizingRule& rule, double longest, SizedBackground& sized, std::vector<double>& graded,
+                         int max_triangles) {
+    Builder builder(model, rule);
+    builder.start_from(sized.background, sized.sizes);
+    std::size_t known = graded.size();
+    builder.refine(
+        [&](int t) {
+            // Sizes of vertices that are new: between those of their parents, until they are graded again.
+            for (; known < static_cast<std::size_t>(builder.num_vertices()); ++known) {
+                const auto [a, b] = builder.parents()[graded.size() - (builder.num_vertices() - builder.parents().size())];
+                graded.push_back(std::sqrt(graded[a] * graded[b]));
+            }
+            return builder.coarse_for_gradation(t, longest, graded);
+        },
+        max_triangles);
+    const int cuts = static_cast<int>(builder.parents().size());
+    sized = builder.result();
+    return cuts;
+}
+
+}  // namespace gradus

@@ -1,0 +1,44 @@
+#include "gradus/control/sizing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace gradus {
+
+void check(const SizingRule& rule) {
+    const auto require = [](bool holds, const std::string& name, double value, const std::string& range) {
+        if (!holds) throw std::invalid_argument("sizing: " + name + " = " + std::to_string(value) + " must be " + range);
+    };
+    switch (rule.kind) {
+        case SizingRule::Kind::Proportional: require(rule.value > 0 && std::isfinite(rule.value), "alpha", rule.value, "positive"); break;
+        case SizingRule::Kind::RelativeChordError: require(rule.value > 0 && rule.value <= 1, "relative chord error", rule.value, "in (0, 1]"); break;
+        case SizingRule::Kind::ChordError: require(rule.value > 0 && std::isfinite(rule.value), "chord error", rule.value, "positive"); break;
+        case SizingRule::Kind::NormalAngle:
+            require(rule.value > 0 && rule.value <= std::numbers::pi, "normal angle (radians)", rule.value, "in (0, pi]");
+            break;
+    }
+    require(rule.hmin >= 0 && std::isfinite(rule.hmin), "hmin", rule.hmin, "0 or more");
+    require(rule.hmax > 0, "hmax", rule.hmax, "positive");
+    require(rule.hmin <= rule.hmax, "hmin", rule.hmin, "no larger than hmax = " + std::to_string(rule.hmax));
+    for (const SizingRule::At& at : rule.at) {
+        require(at.point.allFinite(), "a coordinate of a prescribed size", at.point.sum(), "finite");
+        require(at.size > 0 && std::isfinite(at.size), "a prescribed size", at.size, "positive");
+    }
+}
+
+double size_from_radius(const SizingRule& rule, double rho) {
+    double h = 0;
+    switch (rule.kind) {
+        case SizingRule::Kind::Proportional: h = rule.value * rho; break;
+        case SizingRule::Kind::RelativeChordError: h = 2 * rho * std::sqrt(rule.value * (2 - rule.value)); break;
+        // A circle smaller than the error allowed is spanned by its diameter.
+        case SizingRule::Kind::ChordError: h = rho > rule.value ? 2 * std::sqrt(rule.value * (2 * rho - rule.value)) : 2 * rho; break;
+        case SizingRule::Kind::NormalAngle: h = 2 * rho * std::sin(rule.value / 2); break;
+    }
+    return std::clamp(h, rule.hmin, rule.hmax);
+}
+
+}  // namespace gradus

@@ -1,0 +1,395 @@
+#include "editor.hpp"
+
+#include "gradus/control/metric.hpp"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <limits>
+
+namespace gradus {
+
+namespace {
+
+constexpr int kMostSpokes = 40;      // vertices of higher valence are left to flips first
+constexpr double kStillMoves = 2e-3; // moves below this fraction of the size are not worth making
+constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one
+
+Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
+    return (std::abs(n.x()) < 0.6 ? Eigen::Vector3d(0, n.z(), -n.y()) : Eigen::Vector3d(-n.z(), 0, n.x())).normalized();
+}
+
+// First and second derivatives of the energy sum in a tangent plane.
+struct Derivatives {
+    double value = 0, gx = 0, gy = 0, hxx = 0, hxy = 0, hyy = 0;
+};
+
+// Adds triangle (x, a, b), with alpha and beta the edges to a and b in the plane (u, v).
+void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen::Vector3d& u, const Eigen::Vector3d& v, Aim aim, Derivatives& sum) {
+    const Eigen::Vector3d ea = a.p - x.p, eb = b.p - x.p;
+    const double ax = ea.dot(u), ay = ea.dot(v), bx = eb.dot(u), by = eb.dot(v);
+    const Eigen::Vector3d n = ea.cross(eb);
+    const double twice_area = std::max(std::sqrt(n.squaredNorm()), 1e-300);
+    const double S = ea.squaredNorm() + eb.squaredNorm() + (eb - ea).squaredNorm();
+    const double Sx = -2 * (ax + bx), Sy = -2 * (ay + by);
+    // Twice the area is linear in the position.
+    const double Ax = ay - by, Ay = bx - ax;
+    constexpr double c = 1 / (2 * 1.7320508075688772);
+    const double i = 1 / twice_area, shape = c * S * i;
+    const double k = (2 / 1.7320508075688772) / (x.g * a.g * b.g), m = k * twice_area;
+    double value = shape + kSizeWeight / 2 * (m + 1 / m - 2);
+    const auto turn = [&](const Vertex& w) { return w.crease ? twice_area : n.dot(w.n); };
+    const double cosine = std::min({turn(x), turn(a), turn(b)}) * i;
+    if (cosine < kFoldCosine) value += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
+    const double d1 = -shape * i + kSizeWeight / 2 * (k - i / m);          // by twice the area
+    const double d2 = 2 * shape * i * i + kSizeWeight * i * i / m;
+    const double gx = c * i * Sx + d1 * Ax, gy = c * i * Sy + d1 * Ay;
+    const double cross = -c * i * i;
+    double hxx = 4 * c * i + 2 * cross * Sx * Ax + d2 * Ax * Ax;
+    double hyy = 4 * c * i + 2 * cross * Sy * Ay + d2 * Ay * Ay;
+    double hxy = cross * (Sx * Ay + Sy * Ax) + d2 * Ax * Ay;
+    double w1 = 1;
+    if (aim == Aim::Worst) {
+        const double e2 = value * value, e3 = e2 * value, e6 = e3 * e3;
+        w1 = 8 * e6 * value;
+        const double w2 = 56 * e6;
+        hxx = w1 * hxx + w2 * gx * gx;
+        hyy = w1 * hyy + w2 * gy * gy;
+        hxy = w1 * hxy + w2 * gx * gy;
+        value = e6 * e2;
+    }
+    sum.value += value;
+    sum.gx += w1 * gx;
+    sum.gy += w1 * gy;
+    sum.hxx += hxx;
+    sum.hxy += hxy;
+    sum.hyy += hyy;
+}
+
+int penalty(int valence, bool boundary) {
+    const int off = valence - (boundary ? 4 : 6);
+    return off * off;
+}
+
+void take_foot(Vertex& v, const Foot& foot) {
+    v.place = foot.place;
+    v.p = foot.point;
+    v.n = foot.normal;
+    v.h = foot.size;
+    v.g = std::cbrt(foot.size * foot.size);
+}
+
+}  // namespace
+
+double Editor::energy(int t) const {
+    const Triangle v = mesh_.triangle(t);
+    return triangle_energy(vertices_[v[0]], vertices_[v[1]], vertices_[v[2]]);
+}
+
+double Editor::quality(int t) const {
+    const Triangle v = mesh_.triangle(t);
+    return triangle_quality(vertices_[v[0]], vertices_[v[1]], vertices_[v[2]]);
+}
+
+double Editor::length(int h) const {
+    const Vertex &a = vertices_[mesh_.origin(h)], &b = vertices_[mesh_.target(h)];
+    return metric_length((a.p - b.p).norm(), a.h, b.h);
+}
+
+void Editor::set_vertex(int v, const Vertex& x) {
+    if (recording_) saved_.emplace_back(v, vertices_[v]);
+    vertices_[v] = x;
+}
+
+double Editor::ring_energy(int v, const Vertex& x, Aim aim) const {
+    double sum = 0;
+    mesh_.for_each_outgoing(v, [&](int h) { sum += weighted(triangle_energy(x, vertices_[mesh_.target(h)], vertices_[mesh_.apex(h)]), aim); });
+    return sum;
+}
+
+double Editor::relax(int v, Aim aim) {
+    const Vertex& x = vertices_[v];
+    if (x.bound == Bound::Fixed || mesh_.valence(v) > kMostSpokes) return 0;
+    Eigen::Vector3d u;
+    if (x.bound == Bound::Curve) {
+        // Along the curve: from one neighbour on it to the other.
+        u.setZero();
+        mesh_.for_each_outgoing(v, [&](int h) {
+            const auto add = [&](int edge, int other) {
+                if (mesh_.tag(edge) < 0) return;
+                const Eigen::Vector3d d = vertices_[other].p - x.p;
+                u += u.dot(d) < 0 || u.isZero() ? (u.isZero() ? d : Eigen::Vector3d(-d)) : d;
+            };
+            add(h, mesh_.target(h));
+            if (mesh_.twin(Connectivity::prev(h)) < 0) add(Connectivity::prev(h), mesh_.apex(h));
+        });
+        if (u.isZero()) return 0;
+        u.normalize();
+    } else {
+        u = any_tangent(x.n);
+    }
+    const Eigen::Vector3d w = x.n.cross(u);
+    Derivatives d;
+    double shortest2 = std::numeric_limits<double>::infinity();
+    mesh_.for_each_outgoing(v, [&](int h) {
+        const Vertex &a = vertices_[mesh_.target(h)], &b = vertices_[mesh_.apex(h)];
+        shortest2 = std::min({shortest2, (a.p - x.p).squaredNorm(), (b.p - x.p).squaredNorm()});
+        add_triangle(x, a, b, u, w, aim, d);
+    });
+    double sx = 0, sy = 0;
+    if (x.bound == Bound::Curve) {
+        if (!(d.hxx > 0)) return 0;
+        sx = -d.gx / d.hxx;
+    } else {
+        const double trace = d.hxx + d.hyy;
+        const double det = d.hxx * d.hyy - d.hxy * d.hxy;
+        if (det > 1e-3 * trace * trace && trace > 0) {
+            sx = -(d.hyy * d.gx - d.hxy * d.gy) / det;
+            sy = -(d.hxx * d.gy - d.hxy * d.gx) / det;
+        } else {
+            const double steep = std::max(std::abs(trace), 1e-300);
+            sx = -d.gx / steep;
+            sy = -d.gy / steep;
+        }
+    }
+    double step = std::hypot(sx, sy);
+    const double longest = 0.5 * std::sqrt(shortest2);
+    if (!(step > kStillMoves * x.h)) return 0;
+    if (step > longest) {
+        sx *= longest / step;
+        sy *= longest / step;
+        step = longest;
+    }
+    for (int halving = 0; halving < 3; ++halving, sx /= 3, sy /= 3, step /= 3) {
+        if (step < kStillMoves * x.h) return 0;
+        const Eigen::Vector3d target = x.p + sx * u + sy * w;
+        const std::optional<Foot> foot = x.bound == Bound::Curve ? support_.slide(x.place, target) : support_.move(x.place, target);
+        if (!foot) continue;
+        Vertex moved = x;
+        take_foot(moved, *foot);
+        if (ring_energy(v, moved, aim) < d.value) {
+            set_vertex(v, moved);
+            return step / moved.h;
+        }
+    }
+    return 0;
+}
+
+int Editor::flip_gain(int h) const {
+    const int g = mesh_.twin(h);
+    const auto change = [&](int v, int by) {
+        const bool boundary = mesh_.is_boundary_vertex(v);
+        return penalty(mesh_.valence(v), boundary) - penalty(mesh_.valence(v) + by, boundary);
+    };
+    return change(mesh_.origin(h), -1) + change(mesh_.target(h), -1) + change(mesh_.apex(h), 1) + change(mesh_.apex(g), 1);
+}
+
+int Editor::collapse_gain(int h) const {
+    const int v = mesh_.origin(h), w = mesh_.target(h), g = mesh_.twin(h);
+    const auto of = [&](int x, int by) { return penalty(mesh_.valence(x) + by, mesh_.is_boundary_vertex(x)); };
+    const int shared = g < 0 ? 1 : 2;
+    int gain = of(v, 0) + of(w, 0) - penalty(mesh_.valence(v) + mesh_.valence(w) - 2 - shared, mesh_.is_boundary_vertex(w));
+    gain += of(mesh_.apex(h), 0) - of(mesh_.apex(h), -1);
+    if (g >= 0) gain += of(mesh_.apex(g), 0) - of(mesh_.apex(g), -1);
+    return gain;
+}
+
+int Editor::split_gain(int h) const {
+    const int g = mesh_.twin(h);
+    const auto of = [&](int x, int by) { return penalty(mesh_.valence(x) + by, mesh_.is_boundary_vertex(x)); };
+    int gain = of(mesh_.apex(h), 0) - of(mesh_.apex(h), 1) - (g < 0 ? penalty(3, true) : penalty(4, false));
+    if (g >= 0) gain += of(mesh_.apex(g), 0) - of(mesh_.apex(g), 1);
+    return gain;
+}
+
+bool Editor::can_flip(int h) const {
+    const int g = mesh_.twin(h);
+    if (g < 0 || mesh_.tag(h) >= 0) return false;
+    const auto spare = [&](int v) { return mesh_.valence(v) > (mesh_.is_boundary_vertex(v) ? 3 : 4); };
+    return spare(mesh_.origin(h)) && spare(mesh_.target(h)) && mesh_.find_edge(mesh_.apex(h), mesh_.apex(g)) < 0;
+}
+
+std::pair<double, double> Editor::flip_energies(int h) const {
+    const int g = mesh_.twin(h);
+    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
+    return {triangle_energy(v, w, c) + triangle_energy(w, v, d), triangle_energy(v, d, c) + triangle_energy(d, w, c)};
+}
+
+bool Editor::flip(int h) {
+    const int g = mesh_.twin(h);
+    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
+    if (triangle_energy(v, d, c) > kLegalEnergy || triangle_energy(d, w, c) > kLegalEnergy) return false;
+    mesh_.flip(h);
+    return true;
+}
+
+bool Editor::can_collapse(int h) const {
+    const Vertex& v = vertices_[mesh_.origin(h)];
+    const Vertex& w = vertices_[mesh_.target(h)];
+    if (v.bound == Bound::Fixed) return false;
+    if (v.bound == Bound::Curve && mesh_.tag(h) != v.place.curve) return false;
+    (void)w;
+    if (!mesh_.can_collapse(h)) return false;
+    const int g = mesh_.twin(h);
+    const auto left = [&](int x) { return mesh_.valence(x) > (mesh_.is_boundary_vertex(x) ? 3 : 4); };
+    if (!left(mesh_.apex(h)) || (g >= 0 && !left(mesh_.apex(g)))) return false;
+    // The two edges that become one on either side must not both be features.
+    const auto clash = [&](int side) { return mesh_.tag(Connectivity::next(side)) >= 0 && mesh_.tag(Connectivity::prev(side)) >= 0; };
+    return !clash(h) && !(g >= 0 && clash(g));
+}
+
+bool Editor::collapse(int h) {
+    const int v = mesh_.origin(h), g = mesh_.twin(h);
+    const Vertex& w = vertices_[mesh_.target(h)];
+    bool legal = true;
+    mesh_.for_each_outgoing(v, [&](int e) {
+        if (e == h || (g >= 0 && e == Connectivity::next(g))) return;
+        if (triangle_energy(w, vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]) > kLegalEnergy) legal = false;
+    });
+    if (legal) mesh_.collapse(h);
+    return legal;
+}
+
+bool Editor::can_split(int h) const { return mesh_.is_live_triangle(h / 3); }
+
+// Parameter of v on a curve it lies on or ends, next to `towards`.
+double Editor::curve_parameter(int v, int curve, int towards) const {
+    const Vertex& x = vertices_[v];
+    if (x.bound == Bound::Curve && x.place.curve == curve) return x.place.t;
+    const auto ends = support_.curve_ends(curve);
+    const double to_start = (x.p - ends[0]).squaredNorm(), to_end = (x.p - ends[1]).squaredNorm();
+    if (ends[0] != ends[1]) return to_start < to_end ? 0 : 1;
+    const Vertex& y = vertices_[towards];
+    return y.bound == Bound::Curve && y.place.t > 0.5 ? 1 : 0;
+}
+
+int Editor::split(int h) {
+    const int a = mesh_.origin(h), b = mesh_.target(h), curve = mesh_.tag(h);
+    const Vertex &va = vertices_[a], &vb = vertices_[b];
+    Vertex m;
+    if (curve >= 0) {
+        const double ta = curve_parameter(a, curve, b), tb = curve_parameter(b, curve, a);
+        take_foot(m, support_.on_curve(curve, (ta + tb) / 2, va.place.cell));
+        m.bound = Bound::Curve;
+        m.crease = mesh_.twin(h) >= 0;
+    } else {
+        const Eigen::Vector3d middle = (va.p + vb.p) / 2;
+        const bool from_b = va.bound != Bound::Free && vb.bound == Bound::Free;
+        std::optional<Foot> foot = support_.move(from_b ? vb.place : va.place, middle);
+        if (!foot) foot = support_.move(from_b ? va.place : vb.place, middle);
+        if (!foot) return -1;
+        // On a sharply curved part the middle of the chord may be reached on another sheet.
+        if ((foot->point - middle).squaredNorm() > 0.25 * (va.p - vb.p).squaredNorm()) return -1;
+        take_foot(m, *foot);
+    }
+    const int g = mesh_.twin(h);
+    const Vertex& c = vertices_[mesh_.apex(h)];
+    if (std::max(triangle_energy(va, m, c), triangle_energy(m, vb, c)) > kLegalEnergy) return -1;
+    if (g >= 0 && std::max(triangle_energy(vb, m, vertices_[mesh_.apex(g)]), triangle_energy(m, va, vertices_[mesh_.apex(g)])) > kLegalEnergy) return -1;
+    const int v = mesh_.split(h);
+    if (v >= static_cast<int>(vertices_.size())) vertices_.resize(v + 1);
+    stamp_.resize(mesh_.num_triangles(), 0);
+    set_vertex(v, m);
+    return v;
+}
+
+double Editor::energy_around(const std::vector<int>& around, Aim aim, double mean) {
+    ++stamp_now_;
+    double sum = 0;
+    const double neutral = weighted(mean, aim);
+    for (const int v : around) {
+        if (!mesh_.is_live_vertex(v)) continue;
+        mesh_.for_each_outgoing(v, [&](int h) {
+            const int t = h / 3;
+            if (stamp_[t] == stamp_now_) return;
+            stamp_[t] = stamp_now_;
+            sum += weighted(energy(t), aim) - neutral;
+        });
+    }
+    return sum;
+}
+
+bool Editor::attempt(Operation operation, int h, Aim aim, double mean) {
+    const int g = mesh_.twin(h);
+    around_.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
+    if (g >= 0) around_.push_back(mesh_.apex(g));
+    const double before = energy_around(around_, aim, mean);
+    journal_.clear();
+    saved_.clear();
+    mesh_.record(&journal_);
+    recording_ = true;
+    bool done = false;
+    int fresh = -1;
+    switch (operation) {
+        case Operation::Flip: done = flip(h); break;
+        case Operation::Collapse: done = collapse(h); break;
+        case Operation::Split: done = (fresh = split(h)) >= 0; break;
+    }
+    if (fresh >= 0) around_.insert(around_.begin(), fresh);
+    double after = before;
+    if (done) {
+        for (int round = 0; round < 2; ++round)
+            for (const int v : around_)
+                if (mesh_.is_live_vertex(v)) relax(v, aim);
+        after = energy_around(around_, aim, mean);
+    }
+    recording_ = false;
+    mesh_.record(nullptr);
+    if (done && after < before - 1e-4 * std::abs(before) - 1e-6) {
+        touched_ = around_;
+        return true;
+    }
+    for (auto i = saved_.rbegin(); i != saved_.rend(); ++i) vertices_[i->first] = i->second;
+    mesh_.undo(journal_);
+    return false;
+}
+
+void Editor::renumber() {
+    const int n = mesh_.num_vertices();
+    std::vector<int> number(n, -1), order;
+    order.reserve(n);
+    // Breadth first, each part from its first vertex.
+    for (int start = 0; start < n; ++start) {
+        if (!mesh_.is_live_vertex(start) || number[start] >= 0) continue;
+        number[start] = static_cast<int>(order.size());
+        order.push_back(start);
+        for (std::size_t i = number[start]; i < order.size(); ++i)
+            mesh_.for_each_outgoing(order[i], [&](int h) {
+                for (const int v : {mesh_.target(h), mesh_.apex(h)})
+                    if (number[v] < 0) {
+                        number[v] = static_cast<int>(order.size());
+                        order.push_back(v);
+                    }
+            });
+    }
+    struct Keyed {
+        int key;
+        int triangle;
+    };
+    std::vector<Keyed> triangles;
+    triangles.reserve(mesh_.num_live_triangles());
+    for (int t = 0; t < mesh_.num_triangles(); ++t) {
+        if (!mesh_.is_live_triangle(t)) continue;
+        const Triangle v = mesh_.triangle(t);
+        triangles.push_back({std::min({number[v[0]], number[v[1]], number[v[2]]}), t});
+    }
+    std::sort(triangles.begin(), triangles.end(), [](const Keyed& a, const Keyed& b) { return std::pair(a.key, a.triangle) < std::pair(b.key, b.triangle); });
+    std::vector<Triangle> renamed;
+    std::vector<int> tags;
+    renamed.reserve(triangles.size());
+    tags.reserve(3 * triangles.size());
+    for (const Keyed& k : triangles) {
+        const Triangle v = mesh_.triangle(k.triangle);
+        renamed.push_back({number[v[0]], number[v[1]], number[v[2]]});
+        for (int h = 3 * k.triangle; h < 3 * k.triangle + 3; ++h) tags.push_back(mesh_.tag(h));
+    }
+    std::vector<Vertex> vertices(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i) vertices[i] = vertices_[order[i]];
+    vertices_ = std::move(vertices);
+    mesh_ = Connectivity(static_cast<int>(order.size()), renamed);
+    for (std::size_t h = 0; h < tags.size(); ++h)
+        if (tags[h] >= 0) mesh_.set_tag(static_cast<int>(h), tags[h]);
+    stamp_.assign(mesh_.num_triangles(), 0);
+    stamp_now_ = 0;
+}
+
+}  // namespace gradus

@@ -1,0 +1,121 @@
+// The mesh under local operations: connectivity, vertices that know their place on the surface, and the energy they lower.
+#pragma once
+
+#include "gradus/mesh/connectivity.hpp"
+#include "gradus/remesh/support.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace gradus {
+
+enum class Bound : char {
+    Free,   // moves on the surface
+    Curve,  // slides on its feature curve
+    Fixed   // corners and poles
+};
+
+struct alignas(64) Vertex {
+    Eigen::Vector3d p;
+    double h = 1;  // size asked for
+    Eigen::Vector3d n;  // unit normal of the surface
+    double g = 1;  // h^(2/3): the mean h^2 of a triangle is the product of three
+    Place place;
+    Bound bound = Bound::Free;
+    bool crease = false;  // two normals: not held against its triangles
+};
+
+// Energy of a triangle: 1 / (area-length quality), plus a term that is 0 where its area is the one asked for, plus a penalty where
+// it turns away from the surface. 1 for the ideal triangle. [remeshing notes; shape term: Bank & Smith 1997]
+inline constexpr double kSizeWeight = 0.1;
+inline constexpr double kFoldCosine = 0.85;  // triangles may turn this far (32 degrees) from the surface unpunished
+inline constexpr double kFoldWeight = 20;
+
+inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c) {
+    const Eigen::Vector3d e1 = b.p - a.p, e2 = c.p - a.p;
+    const Eigen::Vector3d n(e1.y() * e2.z() - e1.z() * e2.y(), e1.z() * e2.x() - e1.x() * e2.z(), e1.x() * e2.y() - e1.y() * e2.x());
+    const double twice_area = std::sqrt(n.squaredNorm());
+    if (!(twice_area > 0)) return 1e30;
+    const double lengths = e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm();
+    const double m = twice_area * (2 / 1.7320508075688772) / (a.g * b.g * c.g);
+    double energy = lengths / (2 * 1.7320508075688772 * twice_area) + kSizeWeight / 2 * (m + 1 / m - 2);
+    const auto turn = [&](const Vertex& v) { return v.crease ? twice_area : n.dot(v.n); };
+    const double cosine = std::min({turn(a), turn(b), turn(c)}) / twice_area;
+    if (cosine < kFoldCosine) energy += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
+    return energy;
+}
+
+// Area-length quality, 1 for equilateral.
+inline double triangle_quality(const Vertex& a, const Vertex& b, const Vertex& c) {
+    const Eigen::Vector3d e1 = b.p - a.p, e2 = c.p - a.p;
+    return 2 * 1.7320508075688772 * e1.cross(e2).norm() / (e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm());
+}
+
+// High powers make the worst triangle rule.
+enum class Aim { Mean, Worst };
+inline double weighted(double energy, Aim aim) {
+    if (aim == Aim::Mean) return energy;
+    const double e2 = energy * energy, e4 = e2 * e2;
+    return e4 * e4;
+}
+
+class Editor {
+  public:
+    Editor(const Support& support, std::vector<Vertex> vertices, Connectivity mesh)
+        : support_(support), vertices_(std::move(vertices)), mesh_(std::move(mesh)), stamp_(mesh_.num_triangles(), 0) {}
+
+    const Connectivity& mesh() const { return mesh_; }
+    const Vertex& vertex(int v) const { return vertices_[v]; }
+    const std::vector<Vertex>& vertices() const { return vertices_; }
+
+    double energy(int t) const;
+    double quality(int t) const;
+    double length(int h) const;  // in the metric
+
+    // Moves v to lower the energy of its triangles by a Newton step, cut back until it does.
+    // Returns the distance moved over the size (0 when it stayed).
+    double relax(int v, Aim aim = Aim::Mean);
+
+    // Valence penalty: sum of squared distances from six (inside) or four (boundary).
+    int flip_gain(int h) const;  // > 0 when the flip lowers the penalty
+    int collapse_gain(int h) const;
+    int split_gain(int h) const;
+
+    bool can_flip(int h) const;
+    bool can_collapse(int h) const;
+    bool can_split(int h) const;
+    // Applies a legal operation without judging the shapes; false if the surface or a fold bars it.
+    bool flip(int h);
+    bool collapse(int h);
+    int split(int h);  // the new vertex, or -1
+
+    // Energy of the two triangles of h now, and after a flip.
+    std::pair<double, double> flip_energies(int h) const;
+    // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less at `mean`.
+    enum class Operation { Flip, Collapse, Split };
+    bool attempt(Operation operation, int h, Aim aim, double mean);
+    // Vertices around the last operation that was kept.
+    const std::vector<int>& touched() const { return touched_; }
+
+    // New numbers in an order that keeps neighbours together; removed entries vanish.
+    void renumber();
+
+  private:
+    double curve_parameter(int v, int curve, int towards) const;
+    double ring_energy(int v, const Vertex& x, Aim aim) const;
+    double energy_around(const std::vector<int>& around, Aim aim, double mean);
+    void set_vertex(int v, const Vertex& x);
+
+    const Support& support_;
+    std::vector<Vertex> vertices_;
+    Connectivity mesh_;
+    std::vector<int> stamp_;
+    int stamp_now_ = 0;
+    Connectivity::Journal journal_;
+    std::vector<std::pair<int, Vertex>> saved_;
+    bool recording_ = false;
+    std::vector<int> touched_, around_;
+};
+
+}  // namespace gradus

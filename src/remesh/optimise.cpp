@@ -1,0 +1,269 @@
+#include "optimise.hpp"
+
+#include <chrono>
+#include <deque>
+#include <numbers>
+#include <queue>
+
+namespace gradus {
+
+namespace {
+
+constexpr double kLongest = std::numbers::sqrt2;       // metric lengths between which an edge counts as unit
+constexpr double kShortest = 1 / std::numbers::sqrt2;
+constexpr double kValenceWorth = 0.15;  // energy that one unit of valence penalty is worth to a flip
+constexpr int kFitRounds = 3;
+constexpr int kFlipPasses = 20;
+constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
+constexpr double kWorstAttemptsPerVertex = 2;   // bound on the attempts for the worst triangles
+constexpr int kWorstRounds = 6;
+
+class Stopwatch {
+  public:
+    explicit Stopwatch(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
+    ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+  private:
+    double& seconds_;
+    std::chrono::steady_clock::time_point start_;
+};
+
+struct LengthAt {
+    double length;
+    int halfedge;
+};
+
+// Each edge once, where `wanted` says so.
+template <class Wanted>
+std::vector<LengthAt> edges_where(const Editor& editor, const Wanted& wanted) {
+    const Connectivity& mesh = editor.mesh();
+    std::vector<LengthAt> edges;
+    for (int h = 0; h < 3 * mesh.num_triangles(); ++h) {
+        if (!mesh.is_live_triangle(h / 3) || (mesh.twin(h) >= 0 && mesh.twin(h) < h)) continue;
+        const double length = editor.length(h);
+        if (wanted(length)) edges.push_back({length, h});
+    }
+    return edges;
+}
+
+int split_long(Editor& editor) {
+    int splits = 0;
+    for (int pass = 0; pass < 40; ++pass) {
+        auto edges = edges_where(editor, [](double l) { return l > kLongest; });
+        std::sort(edges.begin(), edges.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(-a.length, a.halfedge) < std::pair(-b.length, b.halfedge); });
+        int done = 0;
+        for (const LengthAt& e : edges)
+            if (editor.length(e.halfedge) > kLongest && editor.split(e.halfedge) >= 0) ++done;
+        splits += done;
+        if (done == 0) break;
+    }
+    return splits;
+}
+
+int collapse_short(Editor& editor) {
+    const Connectivity& mesh = editor.mesh();
+    int collapses = 0;
+    for (int pass = 0; pass < 40; ++pass) {
+        auto edges = edges_where(editor, [](double l) { return l < kShortest; });
+        std::sort(edges.begin(), edges.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(a.length, a.halfedge) < std::pair(b.length, b.halfedge); });
+        int done = 0;
+        for (const LengthAt& e : edges) {
+            if (!mesh.is_live_triangle(e.halfedge / 3) || editor.length(e.halfedge) >= kShortest) continue;
+            int h = e.halfedge, g = mesh.twin(h);
+            if (g >= 0 && editor.collapse_gain(g) > editor.collapse_gain(h)) std::swap(h, g);
+            if ((editor.can_collapse(h) && editor.collapse(h)) || (g >= 0 && editor.can_collapse(g) && editor.collapse(g))) ++done;
+        }
+        collapses += done;
+        if (done == 0) break;
+    }
+    return collapses;
+}
+
+// Flips while energy plus weighted valence penalty falls: each flip lowers it, so this ends.
+int flip_edges(Editor& editor) {
+    const Connectivity& mesh = editor.mesh();
+    int flips = 0;
+    for (int pass = 0; pass < kFlipPasses; ++pass) {
+        int done = 0;
+        for (int h = 0; h < 3 * mesh.num_triangles(); ++h) {
+            if (!mesh.is_live_triangle(h / 3) || mesh.twin(h) < h || !editor.can_flip(h)) continue;
+            const auto [before, after] = editor.flip_energies(h);
+            if (after - before < kValenceWorth * editor.flip_gain(h) - 1e-9 && editor.flip(h)) ++done;
+        }
+        flips += done;
+        if (done == 0) break;
+    }
+    return flips;
+}
+
+void smooth(Editor& editor, int sweeps) {
+    const Connectivity& mesh = editor.mesh();
+    constexpr double kRestless = 0.01;  // moves that wake the neighbours
+    std::vector<char> awake(mesh.num_vertices(), 1);
+    for (int sweep = 0; sweep < sweeps; ++sweep)
+        for (int v = 0; v < mesh.num_vertices(); ++v) {
+            if (!awake[v] || !mesh.is_live_vertex(v)) continue;
+            awake[v] = 0;
+            if (editor.relax(v) < kRestless) continue;
+            mesh.for_each_outgoing(v, [&](int h) { awake[mesh.target(h)] = awake[mesh.apex(h)] = 1; });
+        }
+}
+
+double mean_energy(const Editor& editor) {
+    double sum = 0;
+    for (int t = 0; t < editor.mesh().num_triangles(); ++t)
+        if (editor.mesh().is_live_triangle(t)) sum += editor.energy(t);
+    return sum / editor.mesh().num_live_triangles();
+}
+
+bool irregular(const Connectivity& mesh, int v) { return mesh.is_live_vertex(v) && mesh.valence(v) != (mesh.is_boundary_vertex(v) ? 4 : 6); }
+
+// Tries the operations around irregular vertices, and again around each that was kept.
+void attempt_for_mean(Editor& editor, OptimiseReport& report) {
+    const Connectivity& mesh = editor.mesh();
+    const double mean = mean_energy(editor);
+    std::deque<int> queue;
+    std::vector<char> queued(mesh.num_vertices(), 0);
+    const auto push = [&](int v) {
+        if (v >= static_cast<int>(queued.size())) queued.resize(v + 1, 0);
+        if (!queued[v] && irregular(mesh, v)) queued[v] = 1, queue.push_back(v);
+    };
+    for (int v = 0; v < mesh.num_vertices(); ++v) push(v);
+    const auto wake_around_last = [&] {
+        for (const int v : editor.touched()) {
+            if (!mesh.is_live_vertex(v)) continue;
+            push(v);
+            mesh.for_each_outgoing(v, [&](int h) {
+                push(mesh.target(h));
+                push(mesh.apex(h));
+            });
+        }
+    };
+    const auto most = static_cast<long>(kAttemptsPerVertex * mesh.num_vertices());
+    std::vector<int> candidates;
+    while (!queue.empty() && report.attempts < most) {
+        const int v = queue.front();
+        queue.pop_front();
+        queued[v] = 0;
+        if (!irregular(mesh, v)) continue;
+        candidates.clear();
+        mesh.for_each_outgoing(v, [&](int h) { candidates.push_back(h); });
+        const int spokes = static_cast<int>(candidates.size());
+        for (int i = 0; i < spokes; ++i) candidates.push_back(Connectivity::next(candidates[i]));
+        for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
+            const int h = candidates[i];
+            bool kept = false;
+            if (editor.can_flip(h) && editor.flip_gain(h) >= 0) {
+                ++report.attempts;
+                kept = editor.attempt(Editor::Operation::Flip, h, Aim::Mean, mean);
+            }
+            if (!kept && i < spokes && editor.length(h) < 1 && editor.collapse_gain(h) >= 0 && editor.can_collapse(h)) {
+                ++report.attempts;
+                kept = editor.attempt(Editor::Operation::Collapse, h, Aim::Mean, mean);
+            }
+            if (!kept && editor.length(h) > 1.1 && editor.split_gain(h) >= -2) {
+                ++report.attempts;
+                kept = editor.attempt(Editor::Operation::Split, h, Aim::Mean, mean);
+            }
+            if (kept) {
+                ++report.kept;
+                wake_around_last();
+                break;
+            }
+        }
+    }
+}
+
+// The same for the triangles below the goal, judged by a high power of the energy, worst first.
+void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
+    const Connectivity& mesh = editor.mesh();
+    const double mean = mean_energy(editor);
+    const auto most = static_cast<long>(kWorstAttemptsPerVertex * mesh.num_vertices());
+    for (int round = 0; round < kWorstRounds; ++round) {
+        std::vector<std::pair<double, int>> bad;
+        for (int t = 0; t < mesh.num_triangles(); ++t)
+            if (mesh.is_live_triangle(t) && editor.quality(t) < options.goal) bad.emplace_back(editor.quality(t), t);
+        std::sort(bad.begin(), bad.end());
+        report.below_goal = static_cast<int>(bad.size());
+        int kept_now = 0;
+        for (const auto& [was, t] : bad) {
+            if (!mesh.is_live_triangle(t) || report.worst_attempts >= most) continue;
+            const Triangle corners = mesh.triangle(t);
+            for (int sweep = 0; sweep < 3; ++sweep)
+                for (const int v : corners) editor.relax(v, Aim::Worst);
+            if (editor.quality(t) >= options.goal) {
+                ++kept_now;
+                continue;
+            }
+            // Its own edges, then those of its corners.
+            std::vector<int> candidates{3 * t, 3 * t + 1, 3 * t + 2};
+            for (const int v : corners)
+                mesh.for_each_outgoing(v, [&](int h) {
+                    candidates.push_back(h);
+                    candidates.push_back(Connectivity::next(h));
+                });
+            for (const int h : candidates) {
+                if (!mesh.is_live_triangle(h / 3)) continue;
+                bool kept = false;
+                if (editor.can_flip(h)) {
+                    ++report.worst_attempts;
+                    kept = editor.attempt(Editor::Operation::Flip, h, Aim::Worst, mean);
+                }
+                if (!kept && editor.length(h) < 1 && editor.can_collapse(h)) {
+                    ++report.worst_attempts;
+                    kept = editor.attempt(Editor::Operation::Collapse, h, Aim::Worst, mean);
+                }
+                if (!kept && editor.length(h) > 1) {
+                    ++report.worst_attempts;
+                    kept = editor.attempt(Editor::Operation::Split, h, Aim::Worst, mean);
+                }
+                if (kept) {
+                    ++report.worst_kept;
+                    ++kept_now;
+                    break;
+                }
+            }
+        }
+        if (kept_now == 0) break;
+    }
+    report.below_goal = 0;
+    for (int t = 0; t < mesh.num_triangles(); ++t)
+        if (mesh.is_live_triangle(t) && editor.quality(t) < options.goal) ++report.below_goal;
+}
+
+}  // namespace
+
+OptimiseReport optimise(Editor& editor, const OptimiseOptions& options) {
+    OptimiseReport report;
+    editor.renumber();
+    {
+        const Stopwatch watch(report.fit_seconds);
+        for (int round = 0; round < kFitRounds; ++round) {
+            const int splits = split_long(editor), collapses = collapse_short(editor);
+            report.splits += splits;
+            report.collapses += collapses;
+            report.flips += flip_edges(editor);
+            smooth(editor, 2);
+            if (splits + collapses == 0 && round > 0) break;
+            editor.renumber();
+        }
+    }
+    {
+        const Stopwatch watch(report.smooth_seconds);
+        report.flips += flip_edges(editor);
+        smooth(editor, 4);
+    }
+    if (!options.fast) {
+        {
+            const Stopwatch watch(report.attempt_seconds);
+            attempt_for_mean(editor, report);
+            smooth(editor, 3);
+        }
+        const Stopwatch watch(report.worst_seconds);
+        attempt_for_worst(editor, options, report);
+    }
+    editor.renumber();
+    return report;
+}
+
+}  // namespace gradus

@@ -1,0 +1,23 @@
+// The schedule of local operations that turns a mesh of about the right density into a good one.
+#pragma once
+
+#include "editor.hpp"
+
+namespace gradus {
+
+struct OptimiseOptions {
+    bool fast = false;     // a lighter schedule: no attempts beyond fitting, flips and smoothing
+    double goal = 0.90;    // area-length quality asked of the worst triangle
+};
+
+struct OptimiseReport {
+    int splits = 0, collapses = 0, flips = 0;
+    int attempts = 0, kept = 0;              // operations tried for the mean, and those that lowered the energy
+    int worst_attempts = 0, worst_kept = 0;  // the same for the worst triangles
+    int below_goal = 0;                      // triangles that stayed below the goal
+    double fit_seconds = 0, smooth_seconds = 0, attempt_seconds = 0, worst_seconds = 0;
+};
+
+OptimiseReport optimise(Editor& editor, const OptimiseOptions& options);
+
+}  // namespace gradus
