@@ -52,34 +52,61 @@ struct ShockLaw {
     double limit(double h, double L) const { return add_down(h, h * growth(L * log_beta / h)); }
 };
 
-/// Vertices from which some neighbour must be lowered; no other vertex has any effect while it keeps its size.
-template <class Law>
-std::vector<char> find_sources(const detail::VertexGraph& graph, const Law& law, std::span<const double> size) {
-    std::vector<char> source(size.size(), 0);
-    for (std::size_t v = 0; v < size.size(); ++v)
-        for (const detail::Arc& arc : graph.at(static_cast<int>(v)))
-            if (size[arc.to] > law.at_least(size[v], arc.length)) {
-                source[v] = 1;
-                break;
-            }
-    return source;
+/// What the search keeps of a vertex, together because it is used together (most of the time is spent waiting for memory).
+struct Label {
+    double size;
+    int parent;
+    int first_arc;
+};
+
+std::vector<Label> make_labels(const detail::VertexGraph& graph, std::span<const double> size) {
+    std::vector<Label> labels;
+    labels.reserve(size.size() + 1);
+    for (std::size_t v = 0; v < size.size(); ++v) labels.push_back({size[v], -1, graph.first[v]});
+    labels.push_back({kInfinity, -1, graph.first.back()});
+    return labels;
 }
 
+/// Queues the vertices from which some neighbour must be lowered; no other vertex has any effect while it keeps its size.
 template <class Law>
-detail::MonotoneQueue make_queue(const std::vector<char>& source, const Law&, std::span<const double> size) {
+detail::MonotoneQueue queue_sources(const std::vector<Label>& labels, const std::vector<detail::Arc>& arcs, const Law& law) {
+    std::vector<int> sources;
     double low = kInfinity, high = 0;
-    std::size_t sources = 0;
-    for (std::size_t v = 0; v < size.size(); ++v) {
-        if (!std::isinf(size[v])) high = std::max(high, size[v]);
-        if (!source[v]) continue;
-        low = std::min(low, size[v]);
-        ++sources;
+    bool unset = false;
+    const int n = static_cast<int>(labels.size()) - 1;
+    for (int v = 0; v < n; ++v) {
+        const double h = labels[v].size;
+        if (std::isinf(h)) {
+            unset = true;
+            continue;
+        }
+        high = std::max(high, h);
+        for (int k = labels[v].first_arc; k < labels[v + 1].first_arc; ++k)
+            if (labels[arcs[k].to].size > law.at_least(h, arcs[k].length)) {
+                sources.push_back(v);
+                low = std::min(low, h);
+                break;
+            }
     }
-    if (sources == 0) return {1, 1, 0};
-    detail::MonotoneQueue queue(low, high, size.size());
-    for (std::size_t v = 0; v < size.size(); ++v)
-        if (source[v]) queue.push(size[v], static_cast<int>(v));
+    if (sources.empty()) return {1, 1, 0};
+    // How far unset sizes will rise is not known; a guess only costs time.
+    if (unset) high = std::max(high, low * 65536);
+    detail::MonotoneQueue queue(low, high, labels.size());
+    for (const int v : sources) queue.push(labels[v].size, v);
     return queue;
+}
+
+/// Asks the memory for what the vertices that come next will need. (Always inline: g++ 12 takes a function that only fetches
+/// for one without effect, and drops its calls.)
+[[gnu::always_inline]] inline void prefetch(const detail::MonotoneQueue& queue, const std::vector<Label>& labels, const std::vector<detail::Arc>& arcs) {
+    if (const int v = queue.ahead(12); v >= 0) __builtin_prefetch(&labels[v]);
+    if (const int v = queue.ahead(8); v >= 0) {
+        const detail::Arc* arc = arcs.data() + labels[v].first_arc;
+        __builtin_prefetch(arc);
+        __builtin_prefetch(arc + 4);
+    }
+    if (const int v = queue.ahead(4); v >= 0)
+        for (int k = labels[v].first_arc; k < labels[v + 1].first_arc; ++k) __builtin_prefetch(&labels[arcs[k].to]);
 }
 
 /// The required size at a vertex stays; remembers the strongest demand on it.
@@ -103,34 +130,40 @@ void trace_origins(std::vector<RequiredConflict>& conflicts, const std::vector<i
 template <class Law>
 EdgeReduction settle(const TriMesh& mesh, const Law& law, std::span<double> size, const std::vector<char>& required) {
     const detail::VertexGraph graph = detail::make_vertex_graph(mesh);
+    const std::vector<detail::Arc>& arcs = graph.arcs;
+    std::vector<Label> labels = make_labels(graph, size);
+    detail::MonotoneQueue queue = queue_sources(labels, arcs, law);
     EdgeReduction result;
-    std::vector<int>& parent = result.certificate.parent;
-    parent.assign(size.size(), -1);
-    const std::vector<double> input(size.begin(), size.end());
-
-    detail::MonotoneQueue queue = make_queue(find_sources(graph, law, size), law, size);
     double h;
     int v;
     while (queue.pop(h, v)) {
+        prefetch(queue, labels, arcs);
         // Sizes spread from small to large, so a popped vertex is final (Dijkstra); older, larger labels of it are void.
-        if (h != size[v]) continue;
-        if (parent[v] >= 0) result.certificate.order.push_back(v);
-        for (const detail::Arc& arc : graph.at(v)) {
-            if (size[arc.to] <= law.at_least(h, arc.length)) continue;
-            const double limit = law.limit(h, arc.length);
-            if (size[arc.to] <= limit) continue;
-            if (!required.empty() && required[arc.to]) {
-                note_conflict(result.conflicts, arc.to, v, size[arc.to], limit);
+        if (h != labels[v].size) continue;
+        if (labels[v].parent >= 0) result.certificate.order.push_back(v);
+        for (int k = labels[v].first_arc; k < labels[v + 1].first_arc; ++k) {
+            Label& other = labels[arcs[k].to];
+            if (other.size <= law.at_least(h, arcs[k].length)) continue;
+            const double limit = law.limit(h, arcs[k].length);
+            if (other.size <= limit) continue;
+            if (!required.empty() && required[arcs[k].to]) {
+                note_conflict(result.conflicts, arcs[k].to, v, other.size, limit);
                 continue;
             }
-            size[arc.to] = limit;
-            parent[arc.to] = v;
-            queue.push(limit, arc.to);
+            other.size = limit;
+            other.parent = v;
+            queue.push(limit, arcs[k].to);
         }
     }
+
     result.lowered = static_cast<int>(result.certificate.order.size());
-    for (const int w : result.certificate.order) result.largest_factor = std::max(result.largest_factor, input[w] / size[w]);
-    trace_origins(result.conflicts, parent);
+    result.certificate.parent.resize(size.size());
+    for (std::size_t w = 0; w < size.size(); ++w) {
+        result.certificate.parent[w] = labels[w].parent;
+        result.largest_factor = std::max(result.largest_factor, size[w] / labels[w].size);
+        size[w] = labels[w].size;
+    }
+    trace_origins(result.conflicts, result.certificate.parent);
     return result;
 }
 
