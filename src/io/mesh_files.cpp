@@ -30,9 +30,9 @@ constexpr MeshFormat kMeshFormats[] = {
     {".mesh", io::parse_medit, io::medit_text, io::medit_text},
     {".meshb", io::parse_medit_binary, io::medit_binary, io::medit_binary},
     {".obj", io::parse_obj, io::obj_text, io::obj_text},
-    // {".off", io::parse_off, io::off_text, io::off_text},
-    // {".ply", io::parse_ply, io::ply_text, io::ply_binary},
-    // {".stl", io::parse_stl, io::stl_text, io::stl_binary},
+    {".off", io::parse_off, io::off_text, io::off_text},
+    {".ply", io::parse_ply, io::ply_text, io::ply_binary},
+    {".stl", io::parse_stl, io::stl_text, io::stl_binary},
 };
 
 struct SizeFormat {
