@@ -1,0 +1,52 @@
+/// Triangle meshes and size maps in files. The format is chosen by the extension, in upper or lower case:
+///
+/// | extension | format | carries |
+/// |---|---|---|
+/// | .mesh .meshb | Medit: text; binary in the layout of libMeshb, versions 1 to 4 read, 2 written (3 beyond 2 GB) | everything |
+/// | .obj | Wavefront | points, triangles |
+/// | .off | Geomview: text, with NOFF, COFF and STOFF | points, triangles |
+/// | .ply | Stanford: text, binary of both byte orders read, little endian written | points, triangles |
+/// | .stl | text, or binary in *single* precision, the format having no other | points welded where equal, triangles |
+///
+/// Points are doubles: text is written with the fewest digits that read back to the same bits, and read exactly rounded.
+/// Polygons are split into fans from their first corner. Vertices without triangles are kept. Topology is not looked at
+/// here, see mesh/diagnose.hpp.
+///
+/// Medit: the reference of a triangle is its label (all zero: no labels). Every entry of `Edges` is a feature edge, written
+/// as a ridge too; `Ridges` and `RequiredEdges` number entries of `Edges` and are only checked. `Corners` are corners.
+/// `VerticesOnGeometricTriangles` holds TriangleSoup::parameters, an entry per vertex and patch: vertex, patch (from 1 in the
+/// file), u, v, distance (written as 0, not read). Planar files (Dimension 2) get z = 0. Other sections are passed over.
+#pragma once
+
+#include "gradus/mesh/soup.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace gradus {
+
+/// @throws IoError naming the file and the line (in binary files the byte) if it cannot be read, is truncated, holds a bad
+///         word, a number that is not finite, an index out of range or a wrong count, or if its extension is unknown
+TriangleSoup read_mesh(const std::string& path);
+
+struct WriteOptions {
+    bool ascii = false;  ///< .ply and .stl as text; the other formats are text or binary by extension
+};
+
+/// @throws IoError if the file cannot be written or its extension is unknown
+/// @throws std::invalid_argument if the soup has an index out of range, a coordinate that is not finite (in binary STL: in
+///         single precision), or labels that are not one per triangle
+void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOptions& options = {});
+
+/// Sizes of a `.sol` (text) or `.solb` (binary) file: one scalar per vertex under `SolAtVertices`.
+/// @param expected_count  number of vertices of the mesh the sizes are for
+/// @returns sizes, > 0, unit of length; +inf where unset (`inf` in text)
+/// @throws IoError as read_mesh does, for a size that is not > 0, and if the number of sizes is not expected_count
+std::vector<double> read_sizes(const std::string& path, std::size_t expected_count);
+
+/// @throws IoError if the file cannot be written or its extension is unknown
+/// @throws std::invalid_argument if a size is not > 0
+void write_sizes(const std::string& path, std::span<const double> sizes);
+
+}  // namespace gradus

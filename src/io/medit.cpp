@@ -1,0 +1,511 @@
+// Medit's format, text and binary. The grammar and the keyword numbers are those of libMeshb; sections are read by one
+// set of functions from either kind of source.
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "bytes.hpp"
+#include "formats.hpp"
+#include "scanner.hpp"
+#include "text_writer.hpp"
+
+namespace gradus::io {
+namespace {
+
+enum class Keyword : int {
+    Dimension = 3,
+    Vertices = 4,
+    Edges = 5,
+    Triangles = 6,
+    Quadrilaterals = 7,
+    Corners = 13,
+    Ridges = 14,
+    RequiredEdges = 16,
+    VerticesOnGeometricTriangles = 42,
+    End = 54,
+    SolAtVertices = 62
+};
+
+constexpr std::pair<std::string_view, Keyword> kKeywords[] = {
+    {"Dimension", Keyword::Dimension},
+    {"Vertices", Keyword::Vertices},
+    {"Edges", Keyword::Edges},
+    {"Triangles", Keyword::Triangles},
+    {"Quadrilaterals", Keyword::Quadrilaterals},
+    {"Corners", Keyword::Corners},
+    {"Ridges", Keyword::Ridges},
+    {"RequiredEdges", Keyword::RequiredEdges},
+    {"VerticesOnGeometricTriangles", Keyword::VerticesOnGeometricTriangles},
+    {"End", Keyword::End},
+    {"SolAtVertices", Keyword::SolAtVertices},
+};
+
+// Sources: text and binary ---------------------------------------------------------------------------------------------
+
+bool starts_keyword(std::string_view word) {
+    std::string start(word.substr(0, 3));
+    for (char& c : start) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return !word.empty() && std::isalpha(static_cast<unsigned char>(word[0])) && start != "nan" && start != "inf";
+}
+
+class TextSource {
+  public:
+    using Where = const char*;
+
+    TextSource(const std::string& path, std::string_view text) : in_(path, text, '#') {
+        const Where start = in_.position();
+        if (in_.peek() != "MeshVersionFormatted") in_.fail_at(start, "is not a Medit file: expected MeshVersionFormatted, found " + quoted(in_.peek()));
+        in_.word("MeshVersionFormatted");
+        const std::int64_t version = in_.integer("the version");
+        if (version < 0 || version > 4) in_.fail("unknown version " + std::to_string(version));
+    }
+
+    /// The next keyword of interest; other sections are passed over. Nothing at the end.
+    std::optional<Keyword> keyword() {
+        while (!in_.at_end()) {
+            const Where start = in_.position();
+            const std::string_view word = in_.word("a keyword");
+            if (!starts_keyword(word)) in_.fail_at(start, "expected a keyword, found " + quoted(word) + " (more entries than announced?)");
+            for (const auto& [name, keyword] : kKeywords)
+                if (word == name) return keyword == Keyword::End ? std::nullopt : std::optional(keyword);
+            skip_section();
+        }
+        return std::nullopt;
+    }
+
+    Where where() {
+        in_.at_end();
+        return in_.position();
+    }
+    double real(const char* what) { return in_.real(what); }
+    double real_or_inf(const char* what) { return in_.real_or_inf(what); }
+    std::int64_t integer(const char* what) { return in_.integer(what); }
+    std::size_t count(const char* what, std::size_t reals, std::size_t integers) { return in_.count(what, 2 * (reals + integers) - 1); }
+    [[noreturn]] void fail_at(Where where, const std::string& what) const { in_.fail_at(where, what); }
+
+  private:
+    void skip_section() {
+        while (!in_.at_end() && !starts_keyword(in_.peek())) {
+            const std::string_view word = in_.word("a value");
+            if (word[0] != '"' || (word.size() > 1 && word.back() == '"')) continue;
+            while (!in_.at_end() && in_.word("a value").back() != '"') {}
+        }
+    }
+
+    Scanner in_;
+};
+
+class BinarySource {
+  public:
+    using Where = std::size_t;
+
+    BinarySource(const std::string& path, std::string_view bytes) : in_(path, bytes) {
+        const auto code = in_.get<std::int32_t>("the code 1 of a binary Medit file");
+        if (code == 0x01000000) in_.swap_bytes();
+        if (code != 1 && code != 0x01000000) in_.fail_at(0, "is not a binary Medit file: expected the code 1, found " + std::to_string(code));
+        version_ = in_.get<std::int32_t>("the version");
+        if (version_ < 1 || version_ > 4) in_.fail_at(4, "unknown version " + std::to_string(version_));
+        next_ = in_.offset();
+    }
+
+    std::optional<Keyword> keyword() {
+        while (true) {
+            if (read_ && in_.offset() != next_)
+                in_.fail("the section ends at byte " + std::to_string(next_) + ", which does not agree with its count");
+            in_.seek(next_, "a keyword");
+            if (in_.remaining() == 0) return std::nullopt;
+            const std::size_t start = in_.offset();
+            const auto keyword = in_.get<std::int32_t>("a keyword");
+            if (keyword == static_cast<int>(Keyword::End)) return std::nullopt;
+            const std::int64_t next =
+                version_ < 3 ? in_.get<std::int32_t>("the end of a section") : in_.get<std::int64_t>("the end of a section");
+            if (next <= static_cast<std::int64_t>(start)) in_.fail_at(start, "the section ends before it starts, at byte " + std::to_string(next));
+            next_ = static_cast<std::size_t>(next);
+            const auto* known = std::find_if(std::begin(kKeywords), std::end(kKeywords),
+                                             [&](const auto& entry) { return static_cast<int>(entry.second) == keyword; });
+            read_ = known != std::end(kKeywords);
+            if (read_) return known->second;
+        }
+    }
+
+    Where where() const { return in_.offset(); }
+    double real_or_inf(const char* what) { return version_ == 1 ? static_cast<double>(in_.get<float>(what)) : in_.get<double>(what); }
+    double real(const char* what) {
+        const Where start = where();
+        const double value = real_or_inf(what);
+        if (!std::isfinite(value)) in_.fail_at(start, std::string("expected ") + what + ", found a number that is not finite");
+        return value;
+    }
+    std::int64_t integer(const char* what) { return version_ < 4 ? in_.get<std::int32_t>(what) : in_.get<std::int64_t>(what); }
+    /// The dimension is a single word in all versions.
+    std::int64_t word(const char* what) { return in_.get<std::int32_t>(what); }
+    std::size_t count(const char* what, std::size_t reals, std::size_t integers) {
+        const std::int64_t value = integer(what);
+        in_.check_count(static_cast<std::uint64_t>(value), reals * (version_ == 1 ? 4 : 8) + integers * (version_ < 4 ? 4 : 8), what);
+        return static_cast<std::size_t>(value);
+    }
+    [[noreturn]] void fail_at(Where where, const std::string& what) const { in_.fail_at(where, what); }
+
+  private:
+    ByteReader in_;
+    int version_ = 0;
+    std::size_t next_ = 0;  ///< where the section ends
+    bool read_ = false;     ///< whether the section was read, not passed over
+};
+
+std::int64_t read_dimension_number(TextSource& in) { return in.integer("the dimension"); }
+std::int64_t read_dimension_number(BinarySource& in) { return in.word("the dimension"); }
+
+template <class Source>
+int read_dimension(Source& in) {
+    const auto where = in.where();
+    const std::int64_t dimension = read_dimension_number(in);
+    if (dimension != 2 && dimension != 3) in.fail_at(where, "the dimension is " + std::to_string(dimension) + ", but must be 2 or 3");
+    return static_cast<int>(dimension);
+}
+
+// Sections -------------------------------------------------------------------------------------------------------------
+
+/// Sections come in any order, so indices are compared with the number of entries when all is read.
+template <class Source>
+class IndexReader {
+  public:
+    explicit IndexReader(const char* what) : what_(what) {}
+
+    int read(Source& in) {
+        const auto where = in.where();
+        const std::int64_t index = in.integer(what_);
+        if (index < 1 || index > std::numeric_limits<int>::max()) in.fail_at(where, message(index) + "; indices start at 1");
+        if (index > largest_) {
+            largest_ = index;
+            where_ = where;
+        }
+        return static_cast<int>(index) - 1;
+    }
+
+    void check(const Source& in, std::size_t count) const {
+        if (largest_ > static_cast<std::int64_t>(count)) in.fail_at(where_, message(largest_) + "; there are " + std::to_string(count));
+    }
+
+  private:
+    std::string message(std::int64_t index) const { return std::string("index out of range: ") + what_ + " " + std::to_string(index); }
+
+    const char* what_;
+    std::int64_t largest_ = 0;
+    typename Source::Where where_{};
+};
+
+template <class Source>
+struct Reading {
+    explicit Reading(Source& source) : in(source) {}
+
+    Source& in;
+    TriangleSoup soup;
+    int dimension = 3;
+    bool has_vertices = false;
+    bool has_triangles = false;
+    IndexReader<Source> vertex{"vertex"};
+    IndexReader<Source> edge{"edge"};
+};
+
+template <class Source>
+int read_reference(Source& in) {
+    const auto where = in.where();
+    const std::int64_t reference = in.integer("a reference");
+    if (reference != static_cast<int>(reference)) in.fail_at(where, "reference out of range: " + std::to_string(reference));
+    return static_cast<int>(reference);
+}
+
+template <class Source>
+void read_vertices(Reading<Source>& r) {
+    const auto where = r.in.where();
+    if (r.has_vertices) r.in.fail_at(where, "a second Vertices section");
+    r.has_vertices = true;
+    const std::size_t n = r.in.count("the number of vertices", static_cast<std::size_t>(r.dimension), 1);
+    r.soup.points.resize(n, Eigen::Vector3d::Zero());
+    for (Eigen::Vector3d& point : r.soup.points) {
+        for (int i = 0; i < r.dimension; ++i) point[i] = r.in.real("a coordinate");
+        read_reference(r.in);
+    }
+}
+
+template <class Source>
+void read_triangles(Reading<Source>& r) {
+    r.has_triangles = true;
+    const std::size_t n = r.in.count("the number of triangles", 0, 4);
+    r.soup.triangles.reserve(r.soup.triangles.size() + n);
+    r.soup.labels.reserve(r.soup.labels.size() + n);
+    for (std::size_t i = 0; i < n; ++i) {
+        Triangle triangle;
+        for (int& vertex : triangle) vertex = r.vertex.read(r.in);
+        r.soup.triangles.push_back(triangle);
+        r.soup.labels.push_back(read_reference(r.in));
+    }
+}
+
+template <class Source>
+void read_quadrilaterals(Reading<Source>& r) {
+    r.has_triangles = true;
+    const std::size_t n = r.in.count("the number of quadrilaterals", 0, 5);
+    for (std::size_t i = 0; i < n; ++i) {
+        std::array<int, 4> q;
+        for (int& vertex : q) vertex = r.vertex.read(r.in);
+        r.soup.triangles.push_back({q[0], q[1], q[2]});
+        r.soup.triangles.push_back({q[0], q[2], q[3]});
+        r.soup.labels.insert(r.soup.labels.end(), 2, read_reference(r.in));
+    }
+}
+
+template <class Source>
+void read_edges(Reading<Source>& r) {
+    const std::size_t n = r.in.count("the number of edges", 0, 3);
+    for (std::size_t i = 0; i < n; ++i) {
+        std::array<int, 2> edge;
+        for (int& vertex : edge) vertex = r.vertex.read(r.in);
+        r.soup.edges.push_back(edge);
+        read_reference(r.in);
+    }
+}
+
+template <class Source>
+void read_edge_numbers(Reading<Source>& r) {
+    const std::size_t n = r.in.count("the number of ridges or required edges", 0, 1);
+    for (std::size_t i = 0; i < n; ++i) r.edge.read(r.in);
+}
+
+template <class Source>
+void read_corners(Reading<Source>& r) {
+    const std::size_t n = r.in.count("the number of corners", 0, 1);
+    for (std::size_t i = 0; i < n; ++i) r.soup.corners.push_back(r.vertex.read(r.in));
+}
+
+template <class Source>
+void read_parameters(Reading<Source>& r) {
+    const std::size_t n = r.in.count("the number of vertices on geometric triangles", 3, 2);
+    for (std::size_t i = 0; i < n; ++i) {
+        TriangleSoup::Parameters entry;
+        entry.vertex = r.vertex.read(r.in);
+        // The patches are not in the file, so there is no count to compare with.
+        entry.at.patch = IndexReader<Source>("patch").read(r.in);
+        entry.at.uv[0] = r.in.real("u");
+        entry.at.uv[1] = r.in.real("v");
+        r.in.real("a distance");
+        r.soup.parameters.push_back(entry);
+    }
+}
+
+template <class Source>
+TriangleSoup parse(Source in) {
+    Reading<Source> r(in);
+    while (const std::optional<Keyword> keyword = in.keyword()) {
+        switch (*keyword) {
+            case Keyword::Dimension: r.dimension = read_dimension(in); break;
+            case Keyword::Vertices: read_vertices(r); break;
+            case Keyword::Triangles: read_triangles(r); break;
+            case Keyword::Quadrilaterals: read_quadrilaterals(r); break;
+            case Keyword::Edges: read_edges(r); break;
+            case Keyword::Ridges:
+            case Keyword::RequiredEdges: read_edge_numbers(r); break;
+            case Keyword::Corners: read_corners(r); break;
+            case Keyword::VerticesOnGeometricTriangles: read_parameters(r); break;
+            case Keyword::SolAtVertices: in.fail_at(in.where(), "holds sizes, not a mesh (SolAtVertices)");
+            case Keyword::End: break;
+        }
+    }
+    if (!r.has_vertices) in.fail_at(in.where(), "has no Vertices");
+    if (!r.has_triangles) in.fail_at(in.where(), "has no Triangles or Quadrilaterals");
+    r.vertex.check(in, r.soup.points.size());
+    r.edge.check(in, r.soup.edges.size());
+    if (std::all_of(r.soup.labels.begin(), r.soup.labels.end(), [](int label) { return label == 0; })) r.soup.labels.clear();
+    return std::move(r.soup);
+}
+
+/// The values under SolAtVertices, after the count: the number of fields and the kind of each.
+template <class Source>
+std::vector<double> read_size_values(Source& in, std::size_t count, std::size_t expected_count, typename Source::Where where) {
+    if (count != expected_count)
+        in.fail_at(where, "holds " + std::to_string(count) + " sizes, but " + std::to_string(expected_count) + " are expected, one per vertex");
+    const auto kind = in.where();
+    const std::int64_t fields = in.integer("the number of fields");
+    const std::int64_t type = fields == 1 ? in.integer("the kind of the field") : 0;
+    if (fields != 1 || type != 1) in.fail_at(kind, "expected one scalar per vertex (1 1), found other fields");
+    std::vector<double> sizes(count);
+    for (double& size : sizes) {
+        const auto start = in.where();
+        size = in.real_or_inf("a size");
+        if (!(size > 0)) in.fail_at(start, "a size must be > 0, found " + std::to_string(size));
+    }
+    return sizes;
+}
+
+template <class Source>
+std::vector<double> parse_sizes(Source in, std::size_t expected_count) {
+    std::optional<std::vector<double>> sizes;
+    while (const std::optional<Keyword> keyword = in.keyword()) {
+        const auto where = in.where();
+        if (*keyword == Keyword::Dimension) {
+            read_dimension(in);
+        } else if (*keyword == Keyword::SolAtVertices) {
+            if (sizes) in.fail_at(where, "a second SolAtVertices section");
+            const std::size_t count = in.count("the number of sizes", 1, 0);
+            sizes = read_size_values(in, count, expected_count, where);
+        } else {
+            in.fail_at(where, "holds a mesh, not sizes");
+        }
+    }
+    if (!sizes) in.fail_at(in.where(), "has no SolAtVertices");
+    return *sizes;
+}
+
+// Writing --------------------------------------------------------------------------------------------------------------
+
+constexpr std::string_view kTextHeader = "MeshVersionFormatted 2\nDimension 3\n";
+
+int label_of(const TriangleSoup& soup, std::size_t triangle) { return soup.labels.empty() ? 0 : soup.labels[triangle]; }
+
+/// Sections of a binary file. Each starts with its keyword and the byte where it ends.
+class BinarySections {
+  public:
+    BinarySections(int version, std::size_t expected) : version_(version) {
+        bytes_.reserve(expected);
+        append_bytes(bytes_, std::int32_t{1});
+        append_bytes(bytes_, std::int32_t{version});
+        begin(Keyword::Dimension, 4);
+        integer(3);
+    }
+
+    /// @param size  bytes of the section after its start
+    void begin(Keyword keyword, std::size_t size) {
+        append_bytes(bytes_, static_cast<std::int32_t>(keyword));
+        position(keyword == Keyword::End ? 0 : bytes_.size() + position_size() + size);
+    }
+    void begin_entries(Keyword keyword, std::size_t count, std::size_t entry_size, std::size_t extra = 0) {
+        begin(keyword, 4 + extra + count * entry_size);
+        integer(static_cast<int>(count));
+    }
+    void integer(int value) { append_bytes(bytes_, static_cast<std::int32_t>(value)); }
+    void real(double value) { append_bytes(bytes_, value); }
+
+    std::string take() {
+        begin(Keyword::End, 0);
+        return std::move(bytes_);
+    }
+
+  private:
+    std::size_t position_size() const { return version_ < 3 ? 4 : 8; }
+    void position(std::size_t value) {
+        if (version_ < 3)
+            append_bytes(bytes_, static_cast<std::int32_t>(value));
+        else
+            append_bytes(bytes_, static_cast<std::int64_t>(value));
+    }
+
+    std::string bytes_;
+    int version_;
+};
+
+/// Version 2 has 32-bit positions, so larger files need version 3.
+int version_for(std::size_t bytes) { return bytes < (std::size_t{1} << 31) ? 2 : 3; }
+
+}  // namespace
+
+TriangleSoup parse_medit(const std::string& path, std::string_view text) { return parse(TextSource(path, text)); }
+TriangleSoup parse_medit_binary(const std::string& path, std::string_view bytes) { return parse(BinarySource(path, bytes)); }
+
+std::vector<double> parse_sol(const std::string& path, std::string_view text, std::size_t expected_count) {
+    return parse_sizes(TextSource(path, text), expected_count);
+}
+std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes, std::size_t expected_count) {
+    return parse_sizes(BinarySource(path, bytes), expected_count);
+}
+
+std::string medit_text(const TriangleSoup& soup) {
+    TextWriter out(64 * soup.points.size() + 32 * soup.triangles.size() + 64 * soup.parameters.size() + 256);
+    out << kTextHeader << "\nVertices\n" << soup.points.size() << '\n';
+    for (const Eigen::Vector3d& p : soup.points) out << p[0] << ' ' << p[1] << ' ' << p[2] << " 0\n";
+    if (!soup.corners.empty()) {
+        out << "\nCorners\n" << soup.corners.size() << '\n';
+        for (const int corner : soup.corners) out << corner + 1 << '\n';
+    }
+    if (!soup.edges.empty()) {
+        out << "\nEdges\n" << soup.edges.size() << '\n';
+        for (const auto& [a, b] : soup.edges) out << a + 1 << ' ' << b + 1 << " 0\n";
+        out << "\nRidges\n" << soup.edges.size() << '\n';
+        for (std::size_t e = 1; e <= soup.edges.size(); ++e) out << e << '\n';
+    }
+    out << "\nTriangles\n" << soup.triangles.size() << '\n';
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+        const auto& [a, b, c] = soup.triangles[t];
+        out << a + 1 << ' ' << b + 1 << ' ' << c + 1 << ' ' << label_of(soup, t) << '\n';
+    }
+    if (!soup.parameters.empty()) {
+        out << "\nVerticesOnGeometricTriangles\n" << soup.parameters.size() << '\n';
+        for (const auto& [vertex, at] : soup.parameters)
+            out << vertex + 1 << ' ' << at.patch + 1 << ' ' << at.uv[0] << ' ' << at.uv[1] << " 0\n";
+    }
+    out << "\nEnd\n";
+    return out.take();
+}
+
+std::string medit_binary(const TriangleSoup& soup) {
+    const std::size_t size = 256 + 28 * soup.points.size() + 4 * soup.corners.size() + 16 * soup.edges.size() + 16 * soup.triangles.size() +
+                             32 * soup.parameters.size();
+    BinarySections out(version_for(size), size);
+    out.begin_entries(Keyword::Vertices, soup.points.size(), 28);
+    for (const Eigen::Vector3d& p : soup.points) {
+        for (int i = 0; i < 3; ++i) out.real(p[i]);
+        out.integer(0);
+    }
+    if (!soup.corners.empty()) {
+        out.begin_entries(Keyword::Corners, soup.corners.size(), 4);
+        for (const int corner : soup.corners) out.integer(corner + 1);
+    }
+    if (!soup.edges.empty()) {
+        out.begin_entries(Keyword::Edges, soup.edges.size(), 12);
+        for (const auto& [a, b] : soup.edges) {
+            out.integer(a + 1);
+            out.integer(b + 1);
+            out.integer(0);
+        }
+        out.begin_entries(Keyword::Ridges, soup.edges.size(), 4);
+        for (std::size_t e = 1; e <= soup.edges.size(); ++e) out.integer(static_cast<int>(e));
+    }
+    out.begin_entries(Keyword::Triangles, soup.triangles.size(), 16);
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+        for (const int vertex : soup.triangles[t]) out.integer(vertex + 1);
+        out.integer(label_of(soup, t));
+    }
+    if (!soup.parameters.empty()) {
+        out.begin_entries(Keyword::VerticesOnGeometricTriangles, soup.parameters.size(), 32);
+        for (const auto& [vertex, at] : soup.parameters) {
+            out.integer(vertex + 1);
+            out.integer(at.patch + 1);
+            out.real(at.uv[0]);
+            out.real(at.uv[1]);
+            out.real(0);
+        }
+    }
+    return out.take();
+}
+
+std::string sol_text(std::span<const double> sizes) {
+    TextWriter out(20 * sizes.size() + 128);
+    out << kTextHeader << "\nSolAtVertices\n" << sizes.size() << "\n1 1\n\n";
+    for (const double size : sizes) out << size << '\n';
+    out << "\nEnd\n";
+    return out.take();
+}
+
+std::string sol_binary(std::span<const double> sizes) {
+    const std::size_t size = 8 * sizes.size() + 128;
+    BinarySections out(version_for(size), size);
+    out.begin_entries(Keyword::SolAtVertices, sizes.size(), 8, 8);
+    out.integer(1);
+    out.integer(1);
+    for (const double value : sizes) out.real(value);
+    return out.take();
+}
+
+}  // namespace gradus::io

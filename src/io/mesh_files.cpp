@@ -1,0 +1,119 @@
+#include "gradus/io/mesh_files.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <stdexcept>
+
+#include "formats.hpp"
+#include "gradus/io/error.hpp"
+#include "gradus/io/input_file.hpp"
+#include "gradus/io/output_file.hpp"
+
+namespace gradus {
+namespace {
+
+std::string extension_of(const std::string& path) {
+    std::string extension = std::filesystem::path(path).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+struct MeshFormat {
+    const char* extension;
+    TriangleSoup (*parse)(const std::string& path, std::string_view contents);
+    std::string (*text)(const TriangleSoup&);
+    std::string (*binary)(const TriangleSoup&);
+};
+
+constexpr MeshFormat kMeshFormats[] = {
+    {".mesh", io::parse_medit, io::medit_text, io::medit_text},
+    {".meshb", io::parse_medit_binary, io::medit_binary, io::medit_binary},
+    {".obj", io::parse_obj, io::obj_text, io::obj_text},
+    {".off", io::parse_off, io::off_text, io::off_text},
+    {".ply", io::parse_ply, io::ply_text, io::ply_binary},
+    {".stl", io::parse_stl, io::stl_text, io::stl_binary},
+};
+
+struct SizeFormat {
+    const char* extension;
+    std::vector<double> (*parse)(const std::string& path, std::string_view contents, std::size_t expected_count);
+    std::string (*contents)(std::span<const double>);
+};
+
+constexpr SizeFormat kSizeFormats[] = {
+    {".sol", io::parse_sol, io::sol_text},
+    {".solb", io::parse_sol_binary, io::sol_binary},
+};
+
+template <class Formats>
+const auto& format_of(const std::string& path, const Formats& formats) {
+    const std::string extension = extension_of(path);
+    std::string known;
+    for (const auto& format : formats) {
+        if (extension == format.extension) return format;
+        known += std::string(known.empty() ? "" : " ") + format.extension;
+    }
+    throw IoError(path, 0, (extension.empty() ? "has no extension" : "has the unknown extension " + extension) + "; known are " + known);
+}
+
+std::string read_filled_file(const std::string& path) {
+    std::string contents = read_file(path);
+    if (contents.empty()) throw IoError(path, 0, "is empty");
+    return contents;
+}
+
+[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("write_mesh: " + what); }
+
+void check_vertex(int vertex, std::size_t num_points, const char* what, std::size_t entry) {
+    if (vertex < 0 || static_cast<std::size_t>(vertex) >= num_points)
+        refuse(std::string(what) + " " + std::to_string(entry) + " has vertex " + std::to_string(vertex) + " of " + std::to_string(num_points));
+}
+
+/// What no file may hold, since no reader would take it.
+void check_writable(const TriangleSoup& soup) {
+    const std::size_t n = soup.points.size();
+    for (std::size_t i = 0; i < n; ++i)
+        if (!soup.points[i].allFinite()) refuse("vertex " + std::to_string(i) + " has a coordinate that is not finite");
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t)
+        for (const int vertex : soup.triangles[t]) check_vertex(vertex, n, "triangle", t);
+    if (!soup.labels.empty() && soup.labels.size() != soup.triangles.size())
+        refuse(std::to_string(soup.labels.size()) + " labels for " + std::to_string(soup.triangles.size()) + " triangles");
+    for (std::size_t e = 0; e < soup.edges.size(); ++e)
+        for (const int vertex : soup.edges[e]) check_vertex(vertex, n, "edge", e);
+    for (std::size_t c = 0; c < soup.corners.size(); ++c) check_vertex(soup.corners[c], n, "corner", c);
+    for (std::size_t p = 0; p < soup.parameters.size(); ++p) {
+        const auto& [vertex, at] = soup.parameters[p];
+        check_vertex(vertex, n, "parameter entry", p);
+        if (at.patch < 0 || !at.uv.allFinite()) refuse("parameter entry " + std::to_string(p) + " has no patch or is not finite");
+    }
+}
+
+}  // namespace
+
+TriangleSoup read_mesh(const std::string& path) {
+    const MeshFormat& format = format_of(path, kMeshFormats);
+    return format.parse(path, read_filled_file(path));
+}
+
+void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOptions& options) {
+    const MeshFormat& format = format_of(path, kMeshFormats);
+    check_writable(soup);
+    write_file(path, options.ascii ? format.text(soup) : format.binary(soup));
+}
+
+std::vector<double> read_sizes(const std::string& path, std::size_t expected_count) {
+    const SizeFormat& format = format_of(path, kSizeFormats);
+    return format.parse(path, read_filled_file(path), expected_count);
+}
+
+void write_sizes(const std::string& path, std::span<const double> sizes) {
+    const SizeFormat& format = format_of(path, kSizeFormats);
+    for (std::size_t i = 0; i < sizes.size(); ++i)
+        if (!(sizes[i] > 0))
+            throw std::invalid_argument("write_sizes: the size of vertex " + std::to_string(i) + " is " + std::to_string(sizes[i]) +
+                                        ", but must be > 0");
+    write_file(path, format.contents(sizes));
+}
+
+}  // namespace gradus

@@ -1,0 +1,117 @@
+#include "gradus/io/vtu.hpp"
+
+#include <set>
+#include <stdexcept>
+
+#include "bytes.hpp"
+#include "gradus/io/output_file.hpp"
+
+namespace gradus {
+namespace {
+
+std::string escaped(const std::string& text) {
+    std::string result;
+    for (const char c : text) {
+        switch (c) {
+            case '&': result += "&amp;"; break;
+            case '<': result += "&lt;"; break;
+            case '>': result += "&gt;"; break;
+            case '"': result += "&quot;"; break;
+            default: result += c;
+        }
+    }
+    return result;
+}
+
+void check_fields(const std::vector<VtuField>& fields, std::size_t count, const char* where) {
+    std::set<std::string> names;
+    for (const VtuField& field : fields) {
+        const std::string name = "write_vtu: " + std::string(where) + " field '" + field.name + "'";
+        if (field.name.empty() || !names.insert(field.name).second) throw std::invalid_argument(name + ": a name must be given, and once");
+        if (field.components < 1 || field.data.size() != count * static_cast<std::size_t>(field.components))
+            throw std::invalid_argument(name + " has " + std::to_string(field.data.size()) + " numbers for " + std::to_string(count) + " times " +
+                                        std::to_string(field.components) + " components");
+    }
+}
+
+void check_triangles(std::span<const Triangle> triangles, std::size_t num_points) {
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+        for (const int vertex : triangles[t])
+            if (vertex < 0 || static_cast<std::size_t>(vertex) >= num_points)
+                throw std::invalid_argument("write_vtu: triangle " + std::to_string(t) + " has vertex " + std::to_string(vertex) + " of " +
+                                            std::to_string(num_points));
+}
+
+/// The XML head, which names the arrays by their offset, and the data that is appended to it.
+class Arrays {
+  public:
+    explicit Arrays(std::size_t expected) { data_.reserve(expected); }
+
+    std::string xml;
+
+    void open(const char* type, const std::string& name, int components, std::size_t bytes) {
+        xml += std::string("<DataArray type=\"") + type + "\" Name=\"" + escaped(name) + "\" NumberOfComponents=\"" + std::to_string(components) +
+               "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
+        io::append_bytes(data_, static_cast<std::uint64_t>(bytes));
+    }
+    template <class Number>
+    void append(Number value) {
+        io::append_bytes(data_, value);
+    }
+    const std::string& data() const { return data_; }
+
+  private:
+    std::string data_;
+};
+
+void add_fields(Arrays& arrays, const char* where, const std::vector<VtuField>& fields) {
+    arrays.xml += std::string("<") + where + ">\n";
+    for (const VtuField& field : fields) {
+        arrays.open("Float64", field.name, field.components, 8 * field.data.size());
+        for (const double value : field.data) arrays.append(value);
+    }
+    arrays.xml += std::string("</") + where + ">\n";
+}
+
+void add_points(Arrays& arrays, std::span<const Eigen::Vector3d> points) {
+    arrays.xml += "<Points>\n";
+    arrays.open("Float64", "Points", 3, 24 * points.size());
+    for (const Eigen::Vector3d& point : points)
+        for (int i = 0; i < 3; ++i) arrays.append(point[i]);
+    arrays.xml += "</Points>\n";
+}
+
+void add_cells(Arrays& arrays, std::span<const Triangle> triangles) {
+    constexpr std::uint8_t kVtkTriangle = 5;
+    arrays.xml += "<Cells>\n";
+    arrays.open("Int32", "connectivity", 1, 12 * triangles.size());
+    for (const Triangle& triangle : triangles)
+        for (const int vertex : triangle) arrays.append(std::int32_t{vertex});
+    arrays.open("Int64", "offsets", 1, 8 * triangles.size());
+    for (std::size_t t = 1; t <= triangles.size(); ++t) arrays.append(static_cast<std::int64_t>(3 * t));
+    arrays.open("UInt8", "types", 1, triangles.size());
+    for (std::size_t t = 0; t < triangles.size(); ++t) arrays.append(kVtkTriangle);
+    arrays.xml += "</Cells>\n";
+}
+
+}  // namespace
+
+void write_vtu(const std::string& path, std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles,
+               const std::vector<VtuField>& point_fields, const std::vector<VtuField>& cell_fields) {
+    check_fields(point_fields, points.size(), "point");
+    check_fields(cell_fields, triangles.size(), "cell");
+    check_triangles(triangles, points.size());
+    Arrays arrays((24 + 8 * point_fields.size()) * points.size() + (24 + 8 * cell_fields.size()) * triangles.size() + 4096);
+    arrays.xml =
+        "<?xml version=\"1.0\"?>\n"
+        "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
+        "<Piece NumberOfPoints=\"" + std::to_string(points.size()) + "\" NumberOfCells=\"" + std::to_string(triangles.size()) + "\">\n";
+    add_fields(arrays, "PointData", point_fields);
+    add_fields(arrays, "CellData", cell_fields);
+    add_points(arrays, points);
+    add_cells(arrays, triangles);
+    arrays.xml += "</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
+    write_file(path, arrays.xml + arrays.data() + "\n</AppendedData>\n</VTKFile>\n");
+}
+
+}  // namespace gradus
