@@ -4,6 +4,7 @@
 #include "gradus/mesh/soup.hpp"
 #include "gradus/surface/parametric_surface.hpp"
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -50,11 +51,18 @@ struct GlueOptions {
 };
 
 /// Patches with their shared curves. Immutable after construction.
+///
+/// Sides are glued where their curves coincide, never where only corners do: parts that touch or cross stay apart. A side may meet
+/// another side of its own patch (a seam). Closed sides must start at the same point. Sides that coincide only in part
+/// (T-junctions) stay boundaries.
+///
+/// Outside: a component whose boundary loops can be capped by less than 3/4 of its own area (a closed one above all) is turned so that it
+/// encloses a positive volume; any other keeps the orientation of its first patch, S_u x S_v.
 class PatchModel {
   public:
     /// Glues patch sides whose curves coincide, in either direction, and orients neighbours consistently (flipped(patch)).
     /// @throws std::invalid_argument naming the patch for not-a-number geometry or zero area, and naming the curve when
-    ///         three or more sides share one
+    ///         three or more sides share one or when the surface is one-sided
     explicit PatchModel(std::vector<std::unique_ptr<const ParametricSurface>> patches, const GlueOptions& options = {});
 
     int num_patches() const { return static_cast<int>(patches_.size()); }
@@ -76,7 +84,8 @@ class PatchModel {
     /// Model vertex of a patch corner: 0 (umin, vmin), 1 (umax, vmin), 2 (umax, vmax), 3 (umin, vmax).
     int corner_vertex(int patch, int corner) const { return corner_vertices_[4 * patch + corner]; }
 
-    /// Place on use `use` of curve `curve` at the curve's parameter t in [0, 1].
+    /// Place on use `use` of curve `curve` at the curve's parameter t in [0, 1]. With the same control points on both sides the
+    /// positions of both uses are bitwise equal.
     SurfacePoint on_curve(int curve, int use, double t) const;
     /// Curve parameter t of the point with side parameter s in [0, 1] (along the side's direction) on side `side` of `patch`.
     double curve_parameter(int patch, Side side, double s) const;
@@ -88,6 +97,10 @@ class PatchModel {
     double diagonal() const { return diagonal_; }
 
   private:
+    struct Builder;
+    /// Parameter on the other use's side of the point at side parameter s of a use, for curves without the same parameter.
+    double follow_match(int curve, int use, double s) const;
+
     std::vector<std::unique_ptr<const ParametricSurface>> patches_;
     std::vector<char> flipped_;
     std::vector<int> component_;
@@ -96,6 +109,7 @@ class PatchModel {
     std::vector<ModelVertex> vertices_;
     std::vector<SideCurve> side_curves_;
     std::vector<int> corner_vertices_;
+    std::vector<std::vector<double>> matches_;  // of each curve: parameters of its second side at even steps of the first
     double diagonal_ = 0;
 };
 
