@@ -1,0 +1,454 @@
+#include "gradus/remesh/delaunay.hpp"
+
+#include "constrained_triangulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace gradus {
+namespace {
+
+using Eigen::Vector2d;
+using planar::kOutside;
+using planar::next;
+using planar::previous;
+using planar::Tri;
+
+// Squares of the sides of the triangles that need no further point: circumradius below 1.5 times that of the unit triangle
+// (beyond it the ideal point over a side is .7 away from the opposite corner), and no long edge.
+constexpr double kDoneRadius2 = 0.75;
+constexpr double kDoneEdge = 1.45;
+constexpr double kCloseFront = 0.7;  // a candidate nearer than this to a vertex would make edges below 1/sqrt(2)
+constexpr double kCloseSplit = 0.55;
+constexpr double kLongEdge = 1.4142135623730951;
+constexpr double kCollapsed = 1e-3;  // a segment this short in the metric is a point (a pole) drawn as a segment
+constexpr int kWalkBound = 10000;
+constexpr int kSplitSweeps = 40;
+constexpr int kFlipsPerEdge = 10;
+
+/// Symmetric metric [a b; b c].
+struct Metric {
+    double a = 0, b = 0, c = 0;
+    double squared(const Vector2d& d) const { return a * d.x() * d.x() + 2 * b * d.x() * d.y() + c * d.y() * d.y(); }
+    double length(const Vector2d& d) const { return std::sqrt(std::max(0.0, squared(d))); }
+    double determinant() const { return a * c - b * b; }
+};
+
+Metric mean(const Metric& m, const Metric& n) { return {(m.a + n.a) / 2, (m.b + n.b) / 2, (m.c + n.c) / 2}; }
+
+struct Node {
+    Vector2d p;
+    Metric m;
+    int hint = -1;
+    int pole = -1;  ///< the collapsed side it lies on
+};
+
+double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+/// Length of a way along which the speed changes from s to t: between the logarithmic mean (sizes that grow geometrically)
+/// and the arithmetic one (the way to a pole).
+double mean_length(double s, double t) { return (s + t + std::sqrt(s * t)) / 3; }
+
+/// Circumradius squared of a triangle with these sides.
+double circumradius2(double x, double y, double z) {
+    const double area16 = (x + y + z) * (y + z - x) * (z + x - y) * (x + y - z);
+    return area16 > 0 ? x * x * y * y * z * z / area16 : 1e300;
+}
+
+/// Powers of two that bring the mean metric near the identity: a scaling that is exact, so that signs found in the scaled plane
+/// hold in the caller's.
+Vector2d unit_scale(const std::vector<Eigen::Matrix2d>& metrics) {
+    Vector2d sum(0, 0);
+    for (const Eigen::Matrix2d& m : metrics) sum += Vector2d(std::sqrt(m(0, 0)), std::sqrt(m(1, 1)));
+    const auto power = [&](double s, double other) {
+        const double value = s > 0 ? s : other > 0 ? other : 1.0;
+        return std::ldexp(1.0, static_cast<int>(std::lround(std::log2(value / static_cast<double>(metrics.size())))));
+    };
+    return {power(sum.x(), sum.y()), power(sum.y(), sum.x())};
+}
+
+class Generator {
+  public:
+    Generator(const PlanarDomain& domain, const MetricField& metric, const DelaunayOptions& options);
+    PlanarMesh run();
+
+  private:
+    struct FrontEdge {
+        int triangle, a, b;
+    };
+    struct Candidate {
+        Vector2d p;
+        Metric m;
+        int hint = -1;
+        int triangle = kOutside;
+    };
+
+    void read_domain();
+    void mark_poles(const PlanarDomain& domain);
+    void advance();
+    void split_long_edges();
+    int split_sweep();
+    void flip();
+    PlanarMesh result() const;
+
+    Metric ask(const Vector2d& p, int& hint) const;
+    Vector2d toward(const Node& node, const Vector2d& p, const Metric& m) const;
+    double length(const Node& s, const Node& t) const;
+    double length(const Node& s, const Vector2d& p, const Metric& m) const;
+    double length(int i, int j) const { return length(nodes_[i], nodes_[j]); }
+
+    void push(int t, int k, int level);
+    bool pop(FrontEdge& edge, int& level);
+    void push_first_front();
+    bool find_ideal(const FrontEdge& edge, Candidate& candidate);
+    bool locate(Candidate& candidate);
+    bool insert(const Candidate& candidate, double close, int level);
+    bool open_cavity(const Candidate& candidate);
+    void judge_fan(int level);
+    bool is_done(double x, double y, double z) const;
+
+    auto point_of() const {
+        return [this](int i) -> const Vector2d& { return nodes_[i].p; };
+    }
+
+    const PlanarDomain& domain_;
+    const MetricField& field_;
+    const DelaunayOptions& options_;
+    Vector2d scale_{1, 1};
+    std::vector<Node> nodes_;
+    std::vector<Tri> triangles_;
+    std::vector<std::vector<std::array<int, 2>>> poles_;  // segments of each collapsed side
+    std::vector<std::vector<FrontEdge>> front_;           // by level
+    std::vector<std::size_t> front_head_;
+    int lowest_ = 0;
+    planar::Cavity cavity_;
+    std::vector<int> fan_;
+    std::vector<double> spokes_;
+    DelaunayStatistics statistics_;
+};
+
+Generator::Generator(const PlanarDomain& domain, const MetricField& metric, const DelaunayOptions& options)
+    : domain_(domain), field_(metric), options_(options) {
+    if (!(options.target > 0)) throw std::invalid_argument("mesh_domain: target must be positive, not " + std::to_string(options.target));
+    if (!domain.hints.empty() && domain.hints.size() != domain.points.size())
+        throw std::invalid_argument("mesh_domain: hints must be one per point");
+    if (domain.points.size() > options.max_points) throw std::length_error("mesh_domain: more points than max_points");
+    read_domain();
+}
+
+Eigen::Matrix2d checked(const Eigen::Matrix2d& m, const Vector2d& uv) {
+    if (m.allFinite() && m(0, 0) >= 0 && m(1, 1) >= 0) return m;
+    throw std::invalid_argument("mesh_domain: the metric at (" + std::to_string(uv.x()) + ", " + std::to_string(uv.y()) +
+                                ") is not finite or not positive");
+}
+
+void Generator::read_domain() {
+    const std::size_t n = domain_.points.size();
+    std::vector<Eigen::Matrix2d> metrics(n);
+    nodes_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        if (!domain_.hints.empty()) nodes_[i].hint = domain_.hints[i];
+        metrics[i] = checked(field_(domain_.points[i], nodes_[i].hint), domain_.points[i]) / (options_.target * options_.target);
+    }
+    if (n > 0) scale_ = unit_scale(metrics);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Eigen::Matrix2d& m = metrics[i];
+        nodes_[i].p = domain_.points[i].cwiseProduct(scale_);
+        nodes_[i].m = {m(0, 0) / (scale_.x() * scale_.x()), (m(0, 1) + m(1, 0)) / 2 / (scale_.x() * scale_.y()), m(1, 1) / (scale_.y() * scale_.y())};
+    }
+    std::vector<Vector2d> points(n);
+    for (std::size_t i = 0; i < n; ++i) points[i] = nodes_[i].p;
+    triangles_ = planar::triangulate_loops(points, domain_.segments);
+    mark_poles(domain_);
+}
+
+/// Segments of length 0 that hang together are one pole.
+void Generator::mark_poles(const PlanarDomain& domain) {
+    for (const auto& [a, b] : domain.segments) {
+        if (length(a, b) > kCollapsed) continue;
+        const int joined = nodes_[a].pole >= 0 ? nodes_[a].pole : nodes_[b].pole;
+        const int pole = joined >= 0 ? joined : static_cast<int>(poles_.size());
+        if (joined < 0) poles_.emplace_back();
+        poles_[pole].push_back({a, b});
+        const int other = nodes_[a].pole >= 0 && nodes_[b].pole >= 0 && nodes_[b].pole != pole ? nodes_[b].pole : pole;
+        nodes_[a].pole = nodes_[b].pole = pole;
+        if (other == pole) continue;
+        for (const auto& s : poles_[other]) {
+            poles_[pole].push_back(s);
+            nodes_[s[0]].pole = nodes_[s[1]].pole = pole;
+        }
+        poles_[other].clear();
+    }
+}
+
+Metric Generator::ask(const Vector2d& p, int& hint) const {
+    const Vector2d uv = p.cwiseQuotient(scale_);
+    const Eigen::Matrix2d m = checked(field_(uv, hint), uv);
+    const double t = 1 / (options_.target * options_.target);
+    return {t * m(0, 0) / (scale_.x() * scale_.x()), t * (m(0, 1) + m(1, 0)) / 2 / (scale_.x() * scale_.y()), t * m(1, 1) / (scale_.y() * scale_.y())};
+}
+
+/// Where a node stands seen from p: a pole is a whole segment of the plane, so it is met at the point of it nearest to p.
+Vector2d Generator::toward(const Node& node, const Vector2d& p, const Metric& m) const {
+    if (node.pole < 0) return node.p;
+    Vector2d best = node.p;
+    double best2 = m.squared(p - best);
+    for (const auto& [i, j] : poles_[node.pole]) {
+        const Vector2d s = nodes_[i].p, d = nodes_[j].p - s, r = p - s;
+        const double dd = m.squared(d);
+        const double along = m.a * d.x() * r.x() + m.b * (d.x() * r.y() + d.y() * r.x()) + m.c * d.y() * r.y();
+        const Vector2d foot = s + (dd > 0 ? std::clamp(along / dd, 0.0, 1.0) : 0.0) * d;
+        const double foot2 = m.squared(p - foot);
+        if (foot2 < best2) {
+            best = foot;
+            best2 = foot2;
+        }
+    }
+    return best;
+}
+
+double Generator::length(const Node& s, const Vector2d& p, const Metric& m) const {
+    const Vector2d d = p - toward(s, p, m);
+    return mean_length(s.m.length(d), m.length(d));
+}
+
+double Generator::length(const Node& s, const Node& t) const {
+    if (s.pole < 0 && t.pole < 0) {
+        const Vector2d d = t.p - s.p;
+        return mean_length(s.m.length(d), t.m.length(d));
+    }
+    if (s.pole >= 0 && s.pole == t.pole) return 0;
+    const Vector2d q = toward(t, s.p, s.m);
+    return length(s, q, t.m);
+}
+
+bool Generator::is_done(double x, double y, double z) const {
+    return x < kDoneEdge && y < kDoneEdge && z < kDoneEdge && circumradius2(x, y, z) < kDoneRadius2;
+}
+
+/// Notes the side k of triangle t, not done, as an edge of the front.
+void Generator::push(int t, int k, int level) {
+    if (level >= static_cast<int>(front_.size())) {
+        front_.resize(level + 1);
+        front_head_.resize(level + 1, 0);
+    }
+    front_[level].push_back({t, triangles_[t].v[next(k)], triangles_[t].v[previous(k)]});
+    lowest_ = std::min(lowest_, level);
+}
+
+/// The oldest edge of the lowest level: rows are completed one after the other. Edges whose triangle has gone are skipped.
+bool Generator::pop(FrontEdge& edge, int& level) {
+    while (lowest_ < static_cast<int>(front_.size())) {
+        std::vector<FrontEdge>& row = front_[lowest_];
+        std::size_t& head = front_head_[lowest_];
+        if (head == row.size()) {
+            row = {};
+            head = 0;
+            ++lowest_;
+            continue;
+        }
+        edge = row[head++];
+        level = lowest_;
+        const Tri& tri = triangles_[edge.triangle];
+        const int k = planar::corner_of(tri, edge.a);
+        if (tri.level < 0 && tri.v[k] == edge.a && tri.v[next(k)] == edge.b) return true;
+    }
+    return false;
+}
+
+void Generator::push_first_front() {
+    for (Tri& t : triangles_)
+        t.level = is_done(length(t.v[0], t.v[1]), length(t.v[1], t.v[2]), length(t.v[2], t.v[0])) ? 0 : -1;
+    for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
+        for (int k = 0; k < 3; ++k) {
+            const int n = triangles_[t].n[k];
+            if (triangles_[t].level < 0 && (n == kOutside || triangles_[n].level >= 0)) push(t, k, 0);
+        }
+}
+
+bool Generator::locate(Candidate& candidate) {
+    const planar::Location at = planar::walk_to(triangles_, point_of(), candidate.triangle, candidate.p, kWalkBound);
+    if (at.outcome == planar::Walk::Lost) ++statistics_.lost_walks;
+    candidate.triangle = at.triangle;
+    return at.outcome == planar::Walk::Found;
+}
+
+/// The point that makes an equilateral triangle with a front edge, in the metric as it is on the way there.
+bool Generator::find_ideal(const FrontEdge& edge, Candidate& candidate) {
+    const Node &a = nodes_[edge.a], &b = nodes_[edge.b];
+    const Vector2d pa = toward(a, b.p, b.m), pb = toward(b, a.p, a.m);
+    // The metric of a pole knows nothing across the approach: the other end speaks for both.
+    const Metric m = a.pole >= 0 ? b.m : b.pole >= 0 ? a.m : mean(a.m, b.m);
+    const double l = length(a, b);
+    const Vector2d e = pb - pa;
+    const double e2 = m.squared(e), det = m.determinant();
+    if (l < kCollapsed || !(e2 > 0) || !(det > 0)) return false;
+    // Orthogonal to e in the metric, to its left, of length 1.
+    const Vector2d normal = Vector2d(-(m.b * e.x() + m.c * e.y()), m.a * e.x() + m.b * e.y()) / std::sqrt(det * e2);
+    const Vector2d tangent = e / std::sqrt(e2);
+    const double height = std::sqrt(std::max(1 - l * l / 4, 0.25));
+    double s = height, t = 0;
+    candidate.triangle = edge.triangle;
+    candidate.hint = a.hint;
+    constexpr int kSteps = 4;
+    constexpr double kEnough = 0.03;
+    for (int step = 0; step < kSteps; ++step) {
+        candidate.p = (pa + pb) / 2 + s * normal + t * tangent;
+        if (!locate(candidate)) return false;
+        candidate.m = ask(candidate.p, candidate.hint);
+        const double la = length(a, candidate.p, candidate.m), lb = length(b, candidate.p, candidate.m);
+        // Coordinates of the apex of the flat triangle with sides l, la, lb.
+        const double x = (la * la - lb * lb) / (2 * l);
+        const double y = std::sqrt(std::max(la * la - (x + l / 2) * (x + l / 2), 0.01));
+        if (std::abs(x) < kEnough && std::abs(y - height) < kEnough) break;
+        s *= std::clamp(height / y, 0.4, 2.5);
+        t -= std::clamp(x, -0.5, 0.5);
+    }
+    return true;
+}
+
+/// Collects what the candidate replaces: the triangles whose circumcircle in the metric at the candidate holds it.
+bool Generator::open_cavity(const Candidate& candidate) {
+    const auto in_conflict = [&](int t) {
+        const auto& v = triangles_[t].v;
+        Vector2d d[3];
+        bool seen_from_pole = false;
+        for (int k = 0; k < 3; ++k) {
+            const Node& node = nodes_[v[k]];
+            seen_from_pole |= node.pole >= 0;
+            d[k] = toward(node, candidate.p, candidate.m) - candidate.p;
+        }
+        if (seen_from_pole && !(cross(d[1] - d[0], d[2] - d[0]) > 0))
+            for (int k = 0; k < 3; ++k) d[k] = nodes_[v[k]].p - candidate.p;
+        const Metric& m = candidate.m;
+        return m.squared(d[0]) * cross(d[1], d[2]) + m.squared(d[1]) * cross(d[2], d[0]) + m.squared(d[2]) * cross(d[0], d[1]) > 0;
+    };
+    return planar::grow_cavity(triangles_, point_of(), in_conflict, candidate.triangle, candidate.p, cavity_);
+}
+
+bool Generator::insert(const Candidate& candidate, double close, int level) {
+    if (!open_cavity(candidate)) return false;
+    // The nearest vertex is a neighbour in a Delaunay triangulation: the rim is all there is to look at.
+    spokes_.clear();
+    for (const planar::RimEdge& e : cavity_.rim) {
+        spokes_.push_back(length(nodes_[e.a], candidate.p, candidate.m));
+        if (spokes_.back() < close) return false;
+    }
+    if (nodes_.size() >= options_.max_points) throw std::length_error("mesh_domain: more than " + std::to_string(options_.max_points) + " points");
+    planar::fill_cavity(triangles_, static_cast<int>(nodes_.size()), cavity_, fan_);
+    nodes_.push_back({candidate.p, candidate.m, candidate.hint, -1});
+    judge_fan(level);
+    return true;
+}
+
+/// Finds which of the new triangles are done, and with it where the front now stands.
+void Generator::judge_fan(int level) {
+    const std::size_t n = fan_.size();
+    for (std::size_t i = 0; i < n; ++i) {
+        const planar::RimEdge& e = cavity_.rim[i];
+        if (is_done(spokes_[i], spokes_[i + 1 == n ? 0 : i + 1], length(e.a, e.b))) triangles_[fan_[i]].level = level;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        const int t = fan_[i];
+        const bool done = triangles_[t].level >= 0;
+        for (int k = 0; k < 3; ++k) {
+            const int other = triangles_[t].n[k];
+            if (other == kOutside) {
+                if (!done) push(t, k, 0);
+            } else if (const bool other_done = triangles_[other].level >= 0; !done && other_done) {
+                push(t, k, triangles_[other].level);
+            } else if (done && !other_done && k == 0) {
+                push(other, planar::side_of(triangles_[other], t), level);
+            }
+        }
+    }
+}
+
+void Generator::advance() {
+    push_first_front();
+    FrontEdge edge;
+    int level = 0;
+    Candidate candidate;
+    while (pop(edge, level)) {
+        if (find_ideal(edge, candidate) && insert(candidate, kCloseFront, level + 1))
+            ++statistics_.front_points;
+        else
+            ++statistics_.refused;
+    }
+}
+
+/// Fronts that meet leave gaps too narrow for an ideal point; edges across them are halved.
+int Generator::split_sweep() {
+    struct LongEdge {
+        double length;
+        int triangle, a, b;
+    };
+    std::vector<LongEdge> edges;
+    for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
+        for (int k = 0; k < 3; ++k) {
+            if (triangles_[t].n[k] < t) continue;  // once per inner edge
+            const int a = triangles_[t].v[next(k)], b = triangles_[t].v[previous(k)];
+            const double l = length(a, b);
+            if (l > kLongEdge) edges.push_back({l, t, a, b});
+        }
+    std::sort(edges.begin(), edges.end(), [](const LongEdge& x, const LongEdge& y) {
+        return x.length != y.length ? x.length > y.length : x.triangle != y.triangle ? x.triangle < y.triangle : x.a < y.a;
+    });
+    int inserted = 0;
+    for (const LongEdge& e : edges) {
+        const Tri& tri = triangles_[e.triangle];
+        const int k = planar::corner_of(tri, e.a);
+        if (tri.v[k] != e.a || tri.v[next(k)] != e.b) continue;
+        const Node &a = nodes_[e.a], &b = nodes_[e.b];
+        // Half way in the metric, taken as linear along the edge in size.
+        const Vector2d pa = toward(a, b.p, b.m), pb = toward(b, pa, a.m), d = pb - pa;
+        const double sa = a.m.length(d), sb = b.m.length(d);
+        const double half = sa + sb > 0 && a.pole < 0 && b.pole < 0 ? std::sqrt(sb) / (std::sqrt(sa) + std::sqrt(sb)) : 0.5;
+        Candidate candidate{.p = pa + std::clamp(half, 0.2, 0.8) * d, .m = {}, .hint = a.hint, .triangle = e.triangle};
+        if (!locate(candidate)) continue;
+        candidate.m = ask(candidate.p, candidate.hint);
+        if (insert(candidate, kCloseSplit, 0)) ++inserted;
+    }
+    statistics_.long_edges = static_cast<int>(edges.size()) - inserted;
+    return inserted;
+}
+
+void Generator::split_long_edges() {
+    for (int sweep = 0; sweep < kSplitSweeps; ++sweep) {
+        const int inserted = split_sweep();
+        statistics_.split_points += inserted;
+        if (inserted == 0) return;
+        advance();
+    }
+    statistics_.splits_bounded = true;
+}
+
+PlanarMesh Generator::result() const {
+    PlanarMesh mesh;
+    mesh.points.reserve(nodes_.size());
+    mesh.hints.reserve(nodes_.size());
+    for (const Node& node : nodes_) {
+        mesh.points.push_back(node.p.cwiseQuotient(scale_));
+        mesh.hints.push_back(node.hint);
+    }
+    mesh.triangles.reserve(triangles_.size());
+    for (const Tri& t : triangles_) mesh.triangles.push_back(t.v);
+    mesh.statistics = statistics_;
+    return mesh;
+}
+
+PlanarMesh Generator::run() {
+    advance();
+    split_long_edges();
+    return result();
+}
+
+}  // namespace
+
+PlanarMesh mesh_domain(const PlanarDomain& domain, const MetricField& metric, const DelaunayOptions& options) {
+    return Generator(domain, metric, options).run();
+}
+
+}  // namespace gradus

@@ -1,0 +1,3 @@
+#include "gradus/remesh/delaunay.hpp"
+
+#include <catch2/catch.hpp>
