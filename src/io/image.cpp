@@ -12,7 +12,7 @@
 namespace gradus {
 namespace {
 
-std::uint8_t byte_of(float part) { return static_cast<std::uint8_t>(std::lround(std::clamp(part, 0.0f, 1.0f) * 255)); }
+std::uint8_t byte_of(float part) { return static_cast<std::uint8_t>(std::clamp(part, 0.0f, 1.0f) * 255 + 0.5f); }
 
 std::size_t offset(const Image& image, int x, int y) { return 3 * (static_cast<std::size_t>(y) * image.width + x); }
 

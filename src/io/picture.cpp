@@ -15,21 +15,26 @@ namespace {
 
 using raster::ScreenPoint;
 
-void require(bool holds, const std::string& what) {
-    if (!holds) throw std::invalid_argument("render: " + what);
+[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("render: " + what); }
+
+void require(bool holds, const char* what) {
+    if (!holds) refuse(what);
 }
 
 void check(const MeshView& mesh) {
     const int n = static_cast<int>(mesh.points.size());
     const auto valid = [n](int v) { return v >= 0 && v < n; };
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-        for (const int v : mesh.triangles[t]) require(valid(v), "triangle " + std::to_string(t) + " names vertex " + std::to_string(v));
-    for (const auto& [a, b] : mesh.features) require(valid(a) && valid(b), "feature edge " + std::to_string(a) + "-" + std::to_string(b));
-    for (int v = 0; v < n; ++v) require(mesh.points[v].allFinite(), "point " + std::to_string(v) + " is not finite");
+        for (const int v : mesh.triangles[t])
+            if (!valid(v)) refuse("triangle " + std::to_string(t) + " names vertex " + std::to_string(v));
+    for (const auto& [a, b] : mesh.features)
+        if (!valid(a) || !valid(b)) refuse("feature edge " + std::to_string(a) + "-" + std::to_string(b) + " names no vertex");
+    for (int v = 0; v < n; ++v)
+        if (!mesh.points[v].allFinite()) refuse("point " + std::to_string(v) + " is not finite");
     if (mesh.field) {
         const std::size_t wanted = mesh.field->on == ScalarField::On::Vertices ? mesh.points.size() : mesh.triangles.size();
-        require(mesh.field->values.size() == wanted,
-                "field has " + std::to_string(mesh.field->values.size()) + " values for " + std::to_string(wanted) + " places");
+        if (mesh.field->values.size() != wanted)
+            refuse("field has " + std::to_string(mesh.field->values.size()) + " values for " + std::to_string(wanted) + " places");
     }
     require(mesh.shown_edges.empty() || mesh.shown_edges.size() == mesh.triangles.size(), "shown_edges needs one entry per triangle");
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace gradus::raster {
 namespace {
@@ -63,7 +64,18 @@ struct Tile {
     int columns = 0, rows = 0;  ///< samples
     std::vector<double> depth;
     std::vector<Colour> colour;
+
+    struct Item {
+        double depth;  ///< of its nearest corner
+        int triangle;
+    };
+    std::vector<Item> order;
 };
+
+double nearest(const Scene& scene, int t) {
+    const auto& [a, b, c] = scene.triangles[t];
+    return std::max({scene.points[a].depth, scene.points[b].depth, scene.points[c].depth});
+}
 
 /// Signed distance in pixels to the line through an edge: a x + b y + c, positive inside the triangle.
 struct EdgeDistance {
@@ -75,7 +87,7 @@ struct EdgeDistance {
 EdgeDistance edge_distance(const ScreenPoint& p, const ScreenPoint& q, bool flipped, const Tile& tile) {
     const ScreenPoint& low = flipped ? q : p;
     const ScreenPoint& high = flipped ? p : q;
-    const double dx = high.x - low.x, dy = high.y - low.y, length = std::hypot(dx, dy);
+    const double dx = high.x - low.x, dy = high.y - low.y, length = std::sqrt(dx * dx + dy * dy);
     const double s = (flipped ? -1 : 1) / length;
     EdgeDistance e{-dy * s, dx * s, 0};
     e.c = -(e.a * (low.x - tile.x0) + e.b * (low.y - tile.y0));
@@ -108,6 +120,18 @@ SampleSpan samples_in(double low, double high, int samples, int count) {
     return {static_cast<int>(std::clamp(first, 0.0, static_cast<double>(count))), static_cast<int>(std::clamp(last, -1.0, count - 1.0))};
 }
 
+/// Part of a row that can be inside a triangle, a sample too wide at both ends: whether a sample is inside is decided by its distances.
+SampleSpan between_edges(const std::array<EdgeDistance, 3>& edge, const std::array<double, 3>& base, SampleSpan row, int samples) {
+    for (int k = 0; k < 3; ++k) {
+        constexpr double flat = 1e-6;  // so slanted an edge bounds no part of a row worth the division
+        if (std::abs(edge[k].a) < flat) continue;
+        const double x = std::clamp(-base[k] / edge[k].a * samples - 0.5, -2.0, row.last + 2.0);
+        if (edge[k].a > 0) row.first = std::max(row.first, static_cast<int>(x) - 1);
+        else row.last = std::min(row.last, static_cast<int>(x) + 1);
+    }
+    return row;
+}
+
 void draw_triangle(const Scene& scene, std::size_t t, Tile& tile) {
     Triangle v = scene.triangles[t];
     std::array<int, 3> order{0, 1, 2};
@@ -122,7 +146,7 @@ void draw_triangle(const Scene& scene, std::size_t t, Tile& tile) {
     double perimeter = 0;
     for (int k = 0; k < 3; ++k) {
         const int i = (k + 1) % 3, j = (k + 2) % 3;
-        const double length = std::hypot(p[j]->x - p[i]->x, p[j]->y - p[i]->y);
+        const double dx = p[j]->x - p[i]->x, dy = p[j]->y - p[i]->y, length = std::sqrt(dx * dx + dy * dy);
         if (length == 0) return;
         perimeter += length;
         edge[k] = edge_distance(*p[i], *p[j], v[i] > v[j], tile);
@@ -146,12 +170,14 @@ void draw_triangle(const Scene& scene, std::size_t t, Tile& tile) {
     const auto [left, right] = std::minmax({p[0]->x, p[1]->x, p[2]->x});
     const auto [top, bottom] = std::minmax({p[0]->y, p[1]->y, p[2]->y});
     const SampleSpan rows = samples_in(top - tile.y0, bottom - tile.y0, scene.samples, tile.rows);
-    const SampleSpan columns = samples_in(left - tile.x0, right - tile.x0, scene.samples, tile.columns);
+    const SampleSpan box = samples_in(left - tile.x0, right - tile.x0, scene.samples, tile.columns);
+    if (box.first > box.last) return;
     const double step = 1.0 / scene.samples;
     const Colour fill = scene.fill[back], shadow = scene.shadow[back];
     for (int row = rows.first; row <= rows.last; ++row) {
         const double y = (row + 0.5) * step;
         const std::array<double, 3> base{edge[0].b * y + edge[0].c, edge[1].b * y + edge[1].c, edge[2].b * y + edge[2].c};
+        const SampleSpan columns = box.last - box.first < 8 ? box : between_edges(edge, base, box, scene.samples);
         for (int column = columns.first; column <= columns.last; ++column) {
             const double x = (column + 0.5) * step;
             const double d0 = edge[0].a * x + base[0], d1 = edge[1].a * x + base[1], d2 = edge[2].a * x + base[2];
@@ -245,7 +271,11 @@ Image draw(const Scene& scene) {
         const std::size_t count = static_cast<std::size_t>(tile.columns) * tile.rows;
         tile.depth.assign(count, -std::numeric_limits<double>::infinity());
         tile.colour.assign(count, scene.background);
-        for (const int t : triangles.of(i)) draw_triangle(scene, t, tile);
+        // Near triangles first: what they hide is then not shaded.
+        tile.order.clear();
+        for (const int t : triangles.of(i)) tile.order.push_back({nearest(scene, t), t});
+        std::ranges::sort(tile.order, [](const Tile::Item& a, const Tile::Item& b) { return std::tie(b.depth, a.triangle) < std::tie(a.depth, b.triangle); });
+        for (const Tile::Item& item : tile.order) draw_triangle(scene, item.triangle, tile);
         for (const int l : lines.of(i)) draw_line(scene, scene.lines[l], tile);
         average_into(scene, tile, image);
     });
