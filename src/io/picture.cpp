@@ -1,5 +1,7 @@
 #include "gradus/io/picture.hpp"
 
+#include "gradus/io/drawing.hpp"
+#include "gradus/io/figure.hpp"
 #include "raster.hpp"
 
 #include <tbb/parallel_for.h>
@@ -35,6 +37,10 @@ void check(const MeshView& mesh) {
         const std::size_t wanted = mesh.field->on == ScalarField::On::Vertices ? mesh.points.size() : mesh.triangles.size();
         if (mesh.field->values.size() != wanted)
             refuse("field has " + std::to_string(mesh.field->values.size()) + " values for " + std::to_string(wanted) + " places");
+    }
+    if (mesh.field && mesh.field->range) {
+        require(mesh.field->range->low <= mesh.field->range->high, "range of the field is decreasing");
+        require(mesh.field->scale == Scale::Linear || mesh.field->range->low > 0, "range of a logarithmic field must be positive");
     }
     require(mesh.shown_edges.empty() || mesh.shown_edges.size() == mesh.triangles.size(), "shown_edges needs one entry per triangle");
 }
@@ -229,11 +235,33 @@ std::vector<std::array<int, 2>> outline_edges(const MeshView& mesh, const Prepar
     return outline;
 }
 
+ColourBar legend_of(const ScalarField& field, int height) {
+    return {.map = field.map,
+            .range = field.range.value_or(range_of(field.values, field.scale)),
+            .scale = field.scale,
+            .title = field.title,
+            .text_size = std::clamp(height / 62.0, 8.0, 60.0)};
+}
+
+/// Width of the strip kept free for the legend, at the right.
+int legend_width(const MeshView& mesh, const RenderOptions& options) {
+    if (!mesh.field || !options.legend) return 0;
+    const ColourBar bar = legend_of(*mesh.field, options.height);
+    const int wanted = static_cast<int>(std::ceil(colour_bar_width(bar) + 3 * bar.text_size));
+    return std::min(wanted, options.width / 2);
+}
+
+void add_legend(Image& image, const ScalarField& field, double left) {
+    const ColourBar bar = legend_of(field, image.height);
+    draw_colour_bar(image, {left + 1.5 * bar.text_size, 0.2 * image.height}, {image.width - bar.text_size, 0.8 * image.height}, bar);
+}
+
 }  // namespace
 
 Image render(const MeshView& mesh, const Camera& camera, const RenderOptions& options) {
     check(mesh), check(camera, options);
-    const View view = make_view(mesh, camera, options.width, options.height);
+    const int width = options.width - legend_width(mesh, options);
+    const View view = make_view(mesh, camera, width, options.height);
     Prepared scene;
     scene.points.resize(mesh.points.size());
     tbb::parallel_for(std::size_t{0}, mesh.points.size(), [&](std::size_t v) { scene.points[v] = view.project(mesh.points[v]); });
@@ -247,7 +275,7 @@ Image render(const MeshView& mesh, const Camera& camera, const RenderOptions& op
     if (options.shading != Shading::None) light_corners(mesh, view, options, scene);
 
     raster::Scene drawing;
-    drawing.width = options.width, drawing.height = options.height, drawing.samples = options.supersampling;
+    drawing.width = width, drawing.height = options.height, drawing.samples = options.supersampling;
     drawing.points = scene.points, drawing.triangles = mesh.triangles, drawing.corners = scene.corners;
     drawing.shown_edges = mesh.shown_edges;
     drawing.background = options.background, drawing.edge = options.edge, drawing.edge_width = options.edge_width;
@@ -256,18 +284,23 @@ Image render(const MeshView& mesh, const Camera& camera, const RenderOptions& op
         drawing.map = mesh.field->map;
         place_corners(mesh, *mesh.field, mesh.field->range.value_or(range_of(mesh.field->values, mesh.field->scale)), scene.corners);
     }
-    const auto add_lines = [&](std::span<const std::array<int, 2>> edges, double width, const Colour& colour) {
-        if (width > 0)
-            for (const auto& [a, b] : edges) drawing.lines.push_back(line_between(view, scene.points[a], scene.points[b], width, colour));
+    const auto add_lines = [&](std::span<const std::array<int, 2>> edges, double thickness, const Colour& colour) {
+        if (thickness > 0)
+            for (const auto& [a, b] : edges) drawing.lines.push_back(line_between(view, scene.points[a], scene.points[b], thickness, colour));
     };
     if (options.outline_width > 0) add_lines(outline_edges(mesh, scene), options.outline_width, options.outline);
     add_lines(mesh.features, options.feature_width, options.feature);
-    return raster::draw(drawing);
+    Image picture = raster::draw(drawing);
+    if (width == options.width) return picture;
+    Image image(options.width, options.height, options.background);
+    paste(image, picture, 0, 0);
+    add_legend(image, *mesh.field, width);
+    return image;
 }
 
 Eigen::Vector2d pixel_of(const Eigen::Vector3d& point, const MeshView& mesh, const Camera& camera, const RenderOptions& options) {
     check(mesh), check(camera, options);
-    const ScreenPoint p = make_view(mesh, camera, options.width, options.height).project(point);
+    const ScreenPoint p = make_view(mesh, camera, options.width - legend_width(mesh, options), options.height).project(point);
     return {p.x, p.y};
 }
 
