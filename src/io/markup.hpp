@@ -1,0 +1,19 @@
+/// Private to the web pages: text that is safe inside HTML and SVG.
+#pragma once
+
+#include "gradus/io/image.hpp"
+
+#include <string>
+#include <string_view>
+
+namespace gradus::markup {
+
+/// Text as content or attribute value: & < > " ' become entities, control characters other than tab and line end are dropped.
+std::string escape(std::string_view text);
+
+/// #rrggbb
+std::string colour(const Colour& colour);
+
+std::string base64(std::string_view bytes);
+
+}  // namespace gradus::markup
