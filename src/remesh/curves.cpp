@@ -1,0 +1,106 @@
+#include "gradus/remesh/curves.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace gradus {
+
+namespace {
+
+constexpr double kLongestStep = 0.25;  // metric length of a step of the integration
+constexpr double kAccuracy = 1e-3;     // change of a step's length by halving it that is good enough, in metric length
+constexpr int kDeepest = 40;           // halvings of the curve
+
+// Integrates the metric length along a curve: length[i] is that from 0 to t[i].
+struct Integral {
+    std::vector<double> t, length;
+};
+
+class Integrator {
+  public:
+    Integrator(const PatchModel& model, const ControlSpace& control, int curve) : model_(model), control_(control), curve_(curve) {
+        cell_ = control.locate(model.on_curve(curve, 0, 0));
+    }
+
+    Integral run() {
+        integral_ = {{0}, {0}};
+        constexpr int kStart = 8;
+        double f0 = density(0);
+        for (int i = 0; i < kStart; ++i) {
+            const double b = (i + 1.0) / kStart;
+            const double f1 = density(b);
+            step(static_cast<double>(i) / kStart, b, f0, f1, 0);
+            f0 = f1;
+        }
+        return std::move(integral_);
+    }
+
+  private:
+    // Metric length per unit of t.
+    double density(double t) {
+        const SurfacePoint at = model_.on_curve(curve_, 0, t);
+        const ParametricSurface& patch = model_.patch(at.patch);
+        const Domain domain = patch.domain();
+        const Jet1 jet = patch.jet1(at.uv);
+        const Side side = model_.curves()[curve_].uses[0].side;
+        const bool along_u = side == Side::Bottom || side == Side::Top;
+        const double speed = along_u ? jet.du.norm() * (domain.max.x() - domain.min.x()) : jet.dv.norm() * (domain.max.y() - domain.min.y());
+        return speed / control_.size(jet.p, cell_);
+    }
+
+    void step(double a, double b, double fa, double fb, int depth) {
+        const double m = (a + b) / 2, fm = density(m);
+        const double coarse = (fa + fb) / 2 * (b - a), fine = (fa + 4 * fm + fb) / 6 * (b - a);
+        if (depth < kDeepest && (fine > kLongestStep || std::abs(fine - coarse) > kAccuracy)) {
+            step(a, m, fa, fm, depth + 1);
+            step(m, b, fm, fb, depth + 1);
+            return;
+        }
+        integral_.t.push_back(b);
+        integral_.length.push_back(integral_.length.back() + fine);
+    }
+
+    const PatchModel& model_;
+    const ControlSpace& control_;
+    int curve_, cell_;
+    Integral integral_;
+};
+
+std::vector<double> equal_pieces(const Integral& integral, int pieces) {
+    std::vector<double> t{0};
+    const double total = integral.length.back();
+    std::size_t i = 1;
+    for (int k = 1; k < pieces; ++k) {
+        const double wanted = total * k / pieces;
+        while (i + 1 < integral.t.size() && integral.length[i] < wanted) ++i;
+        const double l0 = integral.length[i - 1], l1 = integral.length[i];
+        const double s = l1 > l0 ? (wanted - l0) / (l1 - l0) : 0.5;
+        t.push_back(integral.t[i - 1] + s * (integral.t[i] - integral.t[i - 1]));
+    }
+    t.push_back(1);
+    return t;
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> discretise_curves(const PatchModel& model, const ControlSpace& control) {
+    const auto& curves = model.curves();
+    std::map<std::pair<int, int>, int> straight;  // curves of one piece between two vertices
+    std::vector<Integral> integrals(curves.size());
+    std::vector<int> pieces(curves.size(), 0);
+    for (std::size_t c = 0; c < curves.size(); ++c) {
+        if (curves[c].kind == CurveKind::Pole) continue;
+        integrals[c] = Integrator(model, control, static_cast<int>(c)).run();
+        const auto [a, b] = std::minmax(curves[c].ends[0], curves[c].ends[1]);
+        // A curve that returns to its start needs three pieces, two curves between the same vertices two each.
+        pieces[c] = std::max(a == b ? 3 : 1, static_cast<int>(std::lround(integrals[c].length.back())));
+        if (pieces[c] == 1 && ++straight[{a, b}] > 1) pieces[c] = 2;
+    }
+    std::vector<std::vector<double>> t(curves.size());
+    for (std::size_t c = 0; c < curves.size(); ++c)
+        if (pieces[c] > 0) t[c] = equal_pieces(integrals[c], pieces[c]);
+    return t;
+}
+
+}  // namespace gradus

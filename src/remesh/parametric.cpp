@@ -1,0 +1,358 @@
+#include "gradus/remesh/parametric.hpp"
+
+#include "editor.hpp"
+#include "gradus/remesh/curves.hpp"
+#include "gradus/remesh/delaunay.hpp"
+#include "optimise.hpp"
+
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+namespace gradus {
+
+namespace {
+
+constexpr int kRepairRounds = 20;
+
+bool is_feature(CurveKind kind) { return kind == CurveKind::Boundary || kind == CurveKind::Crease; }
+
+// Numbers of the vertices that patches share: model vertices first, then the inner points of each curve.
+struct SharedVertices {
+    std::vector<std::vector<double>> t;  // parameters along each curve
+    std::vector<int> first;              // number of the first inner point of each curve
+    int count = 0;
+
+    SharedVertices(const PatchModel& model, const ControlSpace& control) : t(discretise_curves(model, control)) {
+        count = static_cast<int>(model.vertices().size());
+        for (const auto& parameters : t) {
+            first.push_back(count);
+            count += std::max(0, static_cast<int>(parameters.size()) - 2);
+        }
+    }
+    int on_curve(const PatchModel& model, int curve, int i) const {
+        const int last = static_cast<int>(t[curve].size()) - 1;
+        return i == 0 ? model.curves()[curve].ends[0] : i == last ? model.curves()[curve].ends[1] : first[curve] + i - 1;
+    }
+};
+
+// The mesh of one patch: shared vertices by their number, inner ones from `inner` on, still to be numbered.
+struct PatchMesh {
+    std::vector<Eigen::Vector2d> uv;
+    std::vector<int> cell;    // triangle of the control space under each point
+    std::vector<int> number;  // of shared vertices; -1: inner
+    std::vector<std::array<int, 3>> triangles;
+};
+
+PatchMesh mesh_patch(const PatchModel& model, const ControlSpace& control, const SharedVertices& shared, int p) {
+    PatchMesh result;
+    PlanarDomain domain;
+    const auto add = [&](const SurfacePoint& at, int number) {
+        domain.points.push_back(at.uv);
+        domain.hints.push_back(control.locate(at));
+        result.number.push_back(number);
+    };
+    // Once around, counter-clockwise: each side without its last point.
+    for (const Side side : {Side::Bottom, Side::Right, Side::Top, Side::Left}) {
+        const auto [c, use] = model.side_curve(p, side);
+        const ModelCurve& curve = model.curves()[c];
+        const bool along = side == Side::Bottom || side == Side::Right;
+        const Domain d = model.patch(p).domain();
+        const Eigen::Vector2d corners[4] = {d.min, {d.max.x(), d.min.y()}, d.max, {d.min.x(), d.max.y()}};
+        const int corner = static_cast<int>(side);
+        add({p, corners[corner]}, model.corner_vertex(p, corner));
+        if (curve.kind == CurveKind::Pole) continue;
+        const int last = static_cast<int>(shared.t[c].size()) - 1;
+        for (int k = 1; k < last; ++k) {
+            const int i = along != curve.uses[use].reversed ? k : last - k;
+            add(model.on_curve(c, use, shared.t[c][i]), shared.on_curve(model, c, i));
+        }
+    }
+    const int n = static_cast<int>(domain.points.size());
+    for (int i = 0; i < n; ++i) domain.segments.push_back({i, (i + 1) % n});
+
+    const ParametricSurface& patch = model.patch(p);
+    const MetricField metric = [&](const Eigen::Vector2d& uv, int& hint) {
+        const Jet1 jet = patch.jet1(uv);
+        if (hint < 0) hint = control.locate({p, uv});
+        const double h = control.size(jet.p, hint);
+        const double F = jet.du.dot(jet.dv);
+        Eigen::Matrix2d M;
+        M << jet.du.squaredNorm(), F, F, jet.dv.squaredNorm();
+        return Eigen::Matrix2d(M / (h * h));
+    };
+    PlanarMesh planar = mesh_domain(domain, metric);
+    result.uv = std::move(planar.points);
+    result.cell = std::move(planar.hints);
+    result.triangles = std::move(planar.triangles);
+    result.number.resize(result.uv.size(), -1);
+    return result;
+}
+
+// Cuts edge (a, b) of a patch mesh in its middle.
+void cut_edge(PatchMesh& mesh, int a, int b) {
+    const int m = static_cast<int>(mesh.uv.size());
+    mesh.uv.push_back((mesh.uv[a] + mesh.uv[b]) / 2);
+    mesh.cell.push_back(mesh.cell[a]);
+    mesh.number.push_back(-1);
+    const std::size_t before = mesh.triangles.size();
+    for (std::size_t t = 0; t < before; ++t)
+        for (int k = 0; k < 3; ++k) {
+            auto& v = mesh.triangles[t];
+            const int x = v[k], y = v[(k + 1) % 3], z = v[(k + 2) % 3];
+            if ((x == a && y == b) || (x == b && y == a)) {
+                v = {x, m, z};
+                mesh.triangles.push_back({m, y, z});
+                break;
+            }
+        }
+}
+
+struct EdgeUse {
+    std::array<int, 2> ends;    // global numbers, in the direction of the triangle
+    int patch;
+    std::array<int, 2> local;
+};
+
+// Edges inside patches that two patches would share, or that join a vertex to itself (on a seam), are cut: the same two vertices
+// may have only one edge. Triangles on the side of a pole have lost that side and vanish.
+class Assembly {
+  public:
+    Assembly(const PatchModel& model, const SharedVertices& shared, std::vector<PatchMesh> patches) : model_(model), patches_(std::move(patches)), count_(shared.count) {
+        for (PatchMesh& mesh : patches_) number_inner(mesh);
+        for (int round = 0; round < kRepairRounds && cut_conflicts(); ++round) {}
+    }
+
+    std::vector<Triangle> triangles() const {
+        std::vector<Triangle> all;
+        for (int p = 0; p < static_cast<int>(patches_.size()); ++p)
+            for (const auto& t : patches_[p].triangles) {
+                Triangle v{patches_[p].number[t[0]], patches_[p].number[t[1]], patches_[p].number[t[2]]};
+                if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
+                if (model_.flipped(p)) std::swap(v[1], v[2]);
+                all.push_back(v);
+            }
+        return all;
+    }
+    int num_vertices() const { return count_; }
+    const std::vector<PatchMesh>& patches() const { return patches_; }
+
+  private:
+    void number_inner(PatchMesh& mesh) {
+        for (int& number : mesh.number)
+            if (number < 0) number = count_++;
+    }
+
+    bool pole_side(int p, int a, int b) const {
+        const Eigen::Vector2d &x = patches_[p].uv[a], &y = patches_[p].uv[b];
+        const Domain d = model_.patch(p).domain();
+        const auto pole = [&](Side side) { return model_.curves()[model_.side_curve(p, side).curve].kind == CurveKind::Pole; };
+        return (x.y() == y.y() && ((y.y() == d.min.y() && pole(Side::Bottom)) || (y.y() == d.max.y() && pole(Side::Top)))) ||
+               (x.x() == y.x() && ((y.x() == d.min.x() && pole(Side::Left)) || (y.x() == d.max.x() && pole(Side::Right))));
+    }
+
+    bool cut_conflicts() {
+        std::vector<EdgeUse> uses, conflicts;
+        for (int p = 0; p < static_cast<int>(patches_.size()); ++p) {
+            const PatchMesh& mesh = patches_[p];
+            const bool flipped = model_.flipped(p);
+            for (const auto& t : mesh.triangles) {
+                bool vanishes = false;
+                for (int k = 0; k < 3; ++k) {
+                    const int a = t[k], b = t[(k + 1) % 3];
+                    if (mesh.number[a] != mesh.number[b]) continue;
+                    vanishes = true;
+                    if (!pole_side(p, a, b)) conflicts.push_back({{mesh.number[a], mesh.number[b]}, p, {a, b}});
+                }
+                if (vanishes) continue;
+                for (int k = 0; k < 3; ++k) {
+                    int a = t[k], b = t[(k + 1) % 3];
+                    if (flipped) std::swap(a, b);
+                    uses.push_back({{mesh.number[a], mesh.number[b]}, p, {a, b}});
+                }
+            }
+        }
+        std::sort(uses.begin(), uses.end(), [](const EdgeUse& x, const EdgeUse& y) { return std::tie(x.ends, x.patch, x.local) < std::tie(y.ends, y.patch, y.local); });
+        const auto inside = [&](const EdgeUse& e) {
+            // On the border of its patch an edge has one triangle there: it has no twin with the same local ends.
+            const std::array<int, 2> back{e.ends[1], e.ends[0]}, local{e.local[1], e.local[0]};
+            const auto first = std::lower_bound(uses.begin(), uses.end(), back, [](const EdgeUse& x, const std::array<int, 2>& ends) { return x.ends < ends; });
+            for (auto i = first; i != uses.end() && i->ends == back; ++i)
+                if (i->patch == e.patch && i->local == local) return true;
+            return false;
+        };
+        for (std::size_t i = 0; i < uses.size();) {
+            std::size_t j = i;
+            while (j < uses.size() && uses[j].ends == uses[i].ends) ++j;
+            if (j - i > 1)
+                for (std::size_t k = i; k < j; ++k)
+                    if (inside(uses[k])) conflicts.push_back(uses[k]);
+            i = j;
+        }
+        if (conflicts.empty()) return false;
+        std::vector<std::pair<int, std::array<int, 2>>> cut;
+        for (const EdgeUse& e : conflicts) cut.push_back({e.patch, {std::min(e.local[0], e.local[1]), std::max(e.local[0], e.local[1])}});
+        std::sort(cut.begin(), cut.end());
+        cut.erase(std::unique(cut.begin(), cut.end()), cut.end());
+        for (const auto& [p, ends] : cut) {
+            cut_edge(patches_[p], ends[0], ends[1]);
+            number_inner(patches_[p]);
+        }
+        return true;
+    }
+
+    const PatchModel& model_;
+    std::vector<PatchMesh> patches_;
+    int count_;
+};
+
+Vertex vertex_from(const Foot& foot) {
+    Vertex v;
+    v.place = foot.place;
+    v.p = foot.point;
+    v.n = foot.normal;
+    v.h = foot.size;
+    v.g = std::cbrt(foot.size * foot.size);
+    return v;
+}
+
+std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& support, const ControlSpace& control, const SharedVertices& shared, const Assembly& assembly) {
+    std::vector<Vertex> vertices(assembly.num_vertices());
+    const int corners = static_cast<int>(model.vertices().size());
+    std::vector<char> on_feature(corners, 0), on_crease(corners, 0);
+    for (const ModelCurve& curve : model.curves())
+        for (const int end : curve.ends) {
+            if (is_feature(curve.kind) || curve.kind == CurveKind::Pole) on_feature[end] = 1;
+            if (curve.kind == CurveKind::Crease) on_crease[end] = 1;
+        }
+    for (int v = 0; v < corners; ++v) {
+        const SurfacePoint at = model.vertices()[v].places.front();
+        vertices[v] = vertex_from(support.foot({at, -1, 0, control.locate(at)}));
+        vertices[v].bound = on_feature[v] ? Bound::Fixed : Bound::Free;
+        vertices[v].crease = on_crease[v];
+    }
+    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
+        const bool feature = is_feature(model.curves()[c].kind);
+        for (int i = 1; i + 1 < static_cast<int>(shared.t[c].size()); ++i) {
+            const SurfacePoint at = model.on_curve(c, 0, shared.t[c][i]);
+            Vertex& v = vertices[shared.on_curve(model, c, i)];
+            v = vertex_from(support.foot({at, feature ? c : -1, shared.t[c][i], control.locate(at)}));
+            v.bound = feature ? Bound::Curve : Bound::Free;
+            v.crease = model.curves()[c].kind == CurveKind::Crease;
+        }
+    }
+    for (int p = 0; p < model.num_patches(); ++p) {
+        const PatchMesh& mesh = assembly.patches()[p];
+        for (std::size_t i = 0; i < mesh.uv.size(); ++i)
+            if (mesh.number[i] >= shared.count) vertices[mesh.number[i]] = vertex_from(support.foot({{p, mesh.uv[i]}, -1, 0, mesh.cell[i]}));
+    }
+    return vertices;
+}
+
+void tag_features(const PatchModel& model, const SharedVertices& shared, Connectivity& mesh) {
+    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
+        if (!is_feature(model.curves()[c].kind)) continue;
+        for (int i = 0; i + 1 < static_cast<int>(shared.t[c].size()); ++i) {
+            const int edge = mesh.find_edge(shared.on_curve(model, c, i), shared.on_curve(model, c, i + 1));
+            if (edge < 0) throw std::logic_error("remesh: a piece of curve " + std::to_string(c) + " is not in the mesh");
+            mesh.set_tag(edge, c);
+        }
+    }
+}
+
+// The patch under a triangle: that of all its corners, or the one its middle falls on.
+int patch_under(const Support& support, const Vertex& a, const Vertex& b, const Vertex& c) {
+    const auto inside = [](const Vertex& v) { return v.bound == Bound::Free; };
+    if (inside(a) && inside(b) && inside(c) && a.place.at.patch == b.place.at.patch && b.place.at.patch == c.place.at.patch) return a.place.at.patch;
+    const Eigen::Vector3d middle = (a.p + b.p + c.p) / 3;
+    for (const Vertex* v : {&a, &b, &c}) {
+        if (!inside(*v)) continue;
+        if (const auto foot = support.move(v->place, middle)) return foot->place.at.patch;
+    }
+    for (const Vertex* v : {&a, &b, &c})
+        if (inside(*v)) return v->place.at.patch;
+    for (const Vertex* v : {&a, &b, &c})
+        if (const auto foot = support.move(v->place, middle)) return foot->place.at.patch;
+    return a.place.at.patch;
+}
+
+SurfaceMesh export_mesh(const PatchModel& model, const Support& support, const Editor& editor) {
+    SurfaceMesh result;
+    const Connectivity& mesh = editor.mesh();
+    for (const Vertex& v : editor.vertices()) {
+        result.points.push_back(model.position(v.place.at));
+        result.places.push_back(v.place.at);
+        result.sizes.push_back(v.h);
+    }
+    for (int t = 0; t < mesh.num_triangles(); ++t) {
+        const Triangle v = mesh.triangle(t);
+        result.triangles.push_back(v);
+        result.patches.push_back(patch_under(support, editor.vertex(v[0]), editor.vertex(v[1]), editor.vertex(v[2])));
+        for (int h = 3 * t; h < 3 * t + 3; ++h)
+            if (mesh.tag(h) >= 0 && mesh.twin(h) < h) result.features.push_back({mesh.origin(h), mesh.target(h)});
+    }
+    return result;
+}
+
+class StageClock {
+  public:
+    explicit StageClock(RemeshStatistics& statistics) : statistics_(statistics), last_(std::chrono::steady_clock::now()) {}
+    void done(const std::string& stage) {
+        const auto now = std::chrono::steady_clock::now();
+        statistics_.seconds.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
+        last_ = now;
+    }
+
+  private:
+    RemeshStatistics& statistics_;
+    std::chrono::steady_clock::time_point last_;
+};
+
+}  // namespace
+
+RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const RemeshOptions& options) {
+    RemeshResult result;
+    RemeshStatistics& statistics = result.statistics;
+    statistics.predicted_triangles = control.predicted_triangles();
+    if (statistics.predicted_triangles > options.max_triangles)
+        throw std::length_error("the size map asks for about " + std::to_string(static_cast<long long>(statistics.predicted_triangles)) + " triangles, more than " +
+                                std::to_string(static_cast<long long>(options.max_triangles)));
+    std::optional<tbb::global_control> limit;
+    if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
+
+    StageClock clock(statistics);
+    const SharedVertices shared(model, control);
+    clock.done("curves");
+    std::vector<PatchMesh> patches(model.num_patches());
+    tbb::parallel_for(0, model.num_patches(), [&](int p) { patches[p] = mesh_patch(model, control, shared, p); });
+    clock.done("generation");
+    const Assembly assembly(model, shared, std::move(patches));
+    const PatchSupport support(model, control);
+    Connectivity mesh(assembly.num_vertices(), assembly.triangles());
+    tag_features(model, shared, mesh);
+    Editor editor(support, place_vertices(model, support, control, shared, assembly), std::move(mesh));
+    statistics.generated_triangles = editor.mesh().num_live_triangles();
+    clock.done("assembly");
+
+    const OptimiseReport report = optimise(editor, {.fast = options.fast, .goal = options.goal});
+    clock.done("optimisation");
+    statistics.seconds.emplace_back("  fitting", report.fit_seconds);
+    statistics.seconds.emplace_back("  smoothing", report.smooth_seconds);
+    statistics.seconds.emplace_back("  attempts", report.attempt_seconds);
+    statistics.seconds.emplace_back("  worst", report.worst_seconds);
+    statistics.splits = report.splits;
+    statistics.collapses = report.collapses;
+    statistics.flips = report.flips;
+    statistics.attempts = report.attempts + report.worst_attempts;
+    statistics.kept = report.kept + report.worst_kept;
+    statistics.below_goal = report.below_goal;
+    result.mesh = export_mesh(model, support, editor);
+    clock.done("export");
+    return result;
+}
+
+}  // namespace gradus
