@@ -22,17 +22,18 @@ inline PatchModel model_of(std::unique_ptr<const ParametricSurface> surface) {
     return PatchModel(std::move(patches));
 }
 
-/// n x m quads on every patch, split into triangles with the outside counter-clockwise; vertices at one point are merged and keep
-/// their first place, triangles that collapse at poles are left out.
+/// n x m quads on every patch, split into triangles with the outside counter-clockwise; vertices of a component at one point are merged
+/// and keep their first place, triangles that collapse at poles are left out.
 inline PlacedTriangles mesh_of(const PatchModel& model, int n, int m) {
     PlacedTriangles mesh;
-    std::map<std::array<long long, 3>, int> known;
+    std::map<std::array<long long, 4>, int> known;
     const double cell = 1e-7 * model.diagonal();
     const auto vertex = [&](int patch, double s, double t) {
         const Domain domain = model.patch(patch).domain();
         const SurfacePoint at{patch, domain.min + Eigen::Vector2d(s, t).cwiseProduct(domain.max - domain.min)};
         const Eigen::Vector3d p = model.position(at);
-        const auto [it, is_new] = known.try_emplace({std::llround(p[0] / cell), std::llround(p[1] / cell), std::llround(p[2] / cell)}, int(mesh.points.size()));
+        const std::array<long long, 4> key{model.component(patch), std::llround(p[0] / cell), std::llround(p[1] / cell), std::llround(p[2] / cell)};
+        const auto [it, is_new] = known.try_emplace(key, int(mesh.points.size()));
         if (is_new) {
             mesh.points.push_back(p);
             mesh.places.push_back(at);
