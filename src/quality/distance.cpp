@@ -178,7 +178,7 @@ DistanceReport measure_distance(const PatchModel& model, const PlacedMesh& place
     report.midpoints = summarise(std::move(at_midpoints));
     report.centroids = summarise(std::move(at_centroids));
     report.worst_vertices = vertices.sorted();
-    report.worst_edges = midpoints.sorted();
+    report.worst_edges = by_ends(edges, midpoints.sorted());
     report.worst_triangles = centroids.sorted();
     return report;
 }

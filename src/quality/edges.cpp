@@ -62,7 +62,7 @@ std::vector<double> metric_lengths(const MeshView& mesh, const MeshEdges& edges,
     return lengths;
 }
 
-EdgeReport measure_edges(const MeshView& mesh, const MeshEdges& edges, std::span<const double> lengths, const EdgeOptions& options) {
+EdgeReport measure_edges(const MeshEdges& edges, std::span<const double> lengths, const EdgeOptions& options) {
     EdgeReport report;
     report.length = summarise({lengths.begin(), lengths.end()});
     if (lengths.empty()) return report;
@@ -74,7 +74,7 @@ EdgeReport measure_edges(const MeshView& mesh, const MeshEdges& edges, std::span
         too_short += l < 1 / std::numbers::sqrt2;
         too_long += l > std::numbers::sqrt2;
         lost += (l <= 1 ? l : 1 / l) - 1;
-        report.histogram.add(l);
+        report.log2_histogram.add(std::log2(l));
         worst.add(e, std::max(l, 1 / l));
     }
     const double n = static_cast<double>(lengths.size());
@@ -82,8 +82,7 @@ EdgeReport measure_edges(const MeshView& mesh, const MeshEdges& edges, std::span
     report.long_share = static_cast<double>(too_long) / n;
     report.unit_share = static_cast<double>(lengths.size() - too_short - too_long) / n;
     report.efficiency = std::exp(lost / n);
-    for (const Offender& edge : worst.sorted())
-        report.worst.push_back({edges.ends[edge.index], euclidean_length(mesh, edges.ends[edge.index]), lengths[edge.index]});
+    for (const Offender& edge : worst.sorted()) report.worst.push_back({edges.ends[edge.index], lengths[edge.index]});
     return report;
 }
 

@@ -71,4 +71,10 @@ MeshEdges edges_of(const MeshView& mesh) {
     return edges;
 }
 
+std::vector<EdgeOffender> by_ends(const MeshEdges& edges, std::span<const Offender> offenders) {
+    std::vector<EdgeOffender> named;
+    for (const Offender& edge : offenders) named.push_back({edges.ends[edge.index], edge.value});
+    return named;
+}
+
 }  // namespace gradus

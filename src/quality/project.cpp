@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <stdexcept>
 
 namespace gradus {
 
@@ -29,6 +31,10 @@ bool on_side(const Domain& domain, const Eigen::Vector2d& uv, Side side) {
 }
 
 constexpr std::array<Side, 4> kSides{Side::Bottom, Side::Right, Side::Top, Side::Left};
+
+bool on_any_side(const Domain& domain, const Eigen::Vector2d& uv) {
+    return on_side(domain, uv, Side::Bottom) || on_side(domain, uv, Side::Right) || on_side(domain, uv, Side::Top) || on_side(domain, uv, Side::Left);
+}
 
 std::vector<Side> sides_at(const Domain& domain, const Eigen::Vector2d& uv) {
     std::vector<Side> sides;
@@ -143,8 +149,7 @@ std::optional<SurfacePoint> leave_pole(const PatchModel& model, int patch, Side 
 /// Where to go on from a foot on the border of its patch.
 std::vector<SurfacePoint> ways_on(const PatchModel& model, const SurfacePoint& at, const Eigen::Vector3d& point) {
     std::vector<SurfacePoint> starts;
-    const Domain own = model.patch(at.patch).domain();
-    if (sides_at(own, at.uv).empty()) return starts;
+    if (!on_any_side(model.patch(at.patch).domain(), at.uv)) return starts;
     for (const SurfacePoint& place : places_of(model, at)) {
         bool pole = false;
         for (const Side side : sides_at(model.patch(place.patch).domain(), place.uv)) {
@@ -155,6 +160,91 @@ std::vector<SurfacePoint> ways_on(const PatchModel& model, const SurfacePoint& a
         if (!pole && !(place.patch == at.patch && place.uv == at.uv)) starts.push_back(place);
     }
     return starts;
+}
+
+/// Nearest of a fixed set of points, by a kd-tree over positions in an array: the middle of a range splits it.
+class NearestSamples {
+  public:
+    struct Sample {
+        Eigen::Vector3d point;
+        SurfacePoint at;
+    };
+
+    explicit NearestSamples(std::vector<Sample> samples) : samples_(std::move(samples)), axis_(samples_.size()) { build(0, samples_.size()); }
+
+    /// The nearest few, one per patch at most, nearest first.
+    std::vector<SurfacePoint> near(const Eigen::Vector3d& point, std::size_t count) const {
+        std::vector<Found> found;
+        search(0, samples_.size(), point, count, found);
+        std::vector<SurfacePoint> places;
+        for (const Found& f : found) places.push_back(samples_[f.sample].at);
+        return places;
+    }
+
+  private:
+    struct Found {
+        double squared;
+        std::size_t sample;
+    };
+
+    void build(std::size_t begin, std::size_t end) {
+        if (begin >= end) return;
+        Eigen::Vector3d low = samples_[begin].point, high = low;
+        for (std::size_t i = begin; i < end; ++i) {
+            low = low.cwiseMin(samples_[i].point);
+            high = high.cwiseMax(samples_[i].point);
+        }
+        int axis = 0;
+        (high - low).maxCoeff(&axis);
+        const std::size_t middle = begin + (end - begin) / 2;
+        std::nth_element(samples_.begin() + begin, samples_.begin() + middle, samples_.begin() + end,
+                         [&](const Sample& a, const Sample& b) { return a.point[axis] < b.point[axis]; });
+        axis_[middle] = static_cast<char>(axis);
+        build(begin, middle);
+        build(middle + 1, end);
+    }
+
+    void search(std::size_t begin, std::size_t end, const Eigen::Vector3d& point, std::size_t count, std::vector<Found>& found) const {
+        if (begin >= end) return;
+        const std::size_t middle = begin + (end - begin) / 2;
+        keep({(samples_[middle].point - point).squaredNorm(), middle}, count, found);
+        const double beyond = point[axis_[middle]] - samples_[middle].point[axis_[middle]];
+        const auto lower = [&] { search(begin, middle, point, count, found); };
+        const auto upper = [&] { search(middle + 1, end, point, count, found); };
+        beyond < 0 ? lower() : upper();
+        if (found.size() < count || beyond * beyond <= found.back().squared) beyond < 0 ? upper() : lower();
+    }
+
+    void keep(const Found& candidate, std::size_t count, std::vector<Found>& found) const {
+        const auto same = std::find_if(found.begin(), found.end(), [&](const Found& f) { return patch(f) == patch(candidate); });
+        if (same != found.end()) {
+            if (candidate.squared >= same->squared) return;
+            found.erase(same);
+        }
+        const auto nearer = [](const Found& a, const Found& b) { return a.squared < b.squared; };
+        found.insert(std::upper_bound(found.begin(), found.end(), candidate, nearer), candidate);
+        if (found.size() > count) found.pop_back();
+    }
+
+    int patch(const Found& f) const { return samples_[f.sample].at.patch; }
+
+    std::vector<Sample> samples_;
+    std::vector<char> axis_;
+};
+
+NearestSamples sample_model(const PatchModel& model, int intervals) {
+    std::vector<NearestSamples::Sample> samples;
+    samples.reserve(static_cast<std::size_t>(model.num_patches()) * (intervals + 1) * (intervals + 1));
+    for (int patch = 0; patch < model.num_patches(); ++patch) {
+        const Domain domain = model.patch(patch).domain();
+        for (int j = 0; j <= intervals; ++j)
+            for (int i = 0; i <= intervals; ++i) {
+                const Eigen::Vector2d part(static_cast<double>(i) / intervals, static_cast<double>(j) / intervals);
+                const SurfacePoint at{patch, domain.min + part.cwiseProduct(domain.max - domain.min)};
+                samples.push_back({model.position(at), at});
+            }
+    }
+    return NearestSamples(std::move(samples));
 }
 
 }  // namespace
@@ -189,7 +279,9 @@ std::vector<SurfacePoint> places_of(const PatchModel& model, const SurfacePoint&
 }
 
 bool on_pole(const PatchModel& model, const SurfacePoint& at, int& along) {
-    for (const Side side : sides_at(model.patch(at.patch).domain(), at.uv)) {
+    const Domain domain = model.patch(at.patch).domain();
+    if (!on_any_side(domain, at.uv)) return false;
+    for (const Side side : sides_at(domain, at.uv)) {
         if (!collapsed(model, at.patch, side)) continue;
         along = along_side(side);
         return true;
@@ -220,6 +312,24 @@ Projection project(const PatchModel& model, const Eigen::Vector3d& point, const 
         if (!improved) break;
     }
     return {at, std::sqrt(2 * foot.value)};
+}
+
+std::vector<SurfacePoint> locate(const PatchModel& model, std::span<const Eigen::Vector3d> points, const LocateOptions& options) {
+    if (options.intervals < 1 || options.patches < 1)
+        throw std::invalid_argument("locate: intervals " + std::to_string(options.intervals) + ", patches " + std::to_string(options.patches));
+    const NearestSamples samples = sample_model(model, options.intervals);
+    std::vector<SurfacePoint> places;
+    places.reserve(points.size());
+    for (const Eigen::Vector3d& point : points) {
+        Projection best;
+        best.distance = std::numeric_limits<double>::infinity();
+        for (const SurfacePoint& start : samples.near(point, options.patches)) {
+            const Projection foot = project(model, point, start);
+            if (foot.distance < best.distance) best = foot;
+        }
+        places.push_back(best.at);
+    }
+    return places;
 }
 
 }  // namespace gradus

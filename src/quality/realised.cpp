@@ -77,7 +77,7 @@ RealisedGradation measure_realised_gradation(const MeshView& mesh, const MeshEdg
         variations[e] = realised_variation(lengths[e], sizes[a], sizes[b]);
         worst.add(e, shocks[e]);
     }
-    report.worst = worst.sorted();
+    report.worst = by_ends(edges, worst.sorted());
     report.shock = summarise(std::move(shocks));
     report.variation = summarise(std::move(variations));
     report.size = summarise(std::move(sizes));

@@ -20,7 +20,8 @@ struct DistanceReport {
     Summary vertices;     ///< |p - S(u, v)| at used vertices
     Summary midpoints;    ///< of edges, to the closest point found
     Summary centroids;    ///< of triangles
-    std::vector<Offender> worst_vertices, worst_edges, worst_triangles;
+    std::vector<Offender> worst_vertices, worst_triangles;
+    std::vector<EdgeOffender> worst_edges;
 };
 
 /// Angles between the normal of a triangle and those of the surface at its corners, degrees in [0, 180].

@@ -8,13 +8,6 @@
 
 namespace gradus {
 
-/// An edge that is too long or too short.
-struct EdgeOffender {
-    std::array<int, 2> ends{-1, -1};
-    double length = 0;         ///< Euclidean
-    double metric_length = 0;
-};
-
 /// Metric lengths are dimensionless; 1 is wanted.
 struct EdgeReport {
     Summary length;
@@ -22,8 +15,8 @@ struct EdgeReport {
     double short_share = 0;   ///< below
     double long_share = 0;    ///< above
     double efficiency = 0;    ///< exp(mean(min(l, 1/l) - 1)), in (1/e, 1]
-    Histogram histogram{0, 2, 20};
-    std::vector<EdgeOffender> worst;  ///< largest max(l, 1/l) first
+    Histogram log2_histogram{-1.5, 1.5, 12};  ///< of log2 of the length; the unit band is [-.5, .5]
+    std::vector<EdgeOffender> worst;          ///< metric lengths; largest max(l, 1/l) first
 };
 
 struct EdgeOptions {
@@ -45,6 +38,6 @@ using SizeQuery = std::function<double(const Eigen::Vector3d& p, int& hint)>;
 std::vector<double> metric_lengths(const MeshView& mesh, const MeshEdges& edges, const SizeQuery& size, std::span<const int> hints = {});
 
 /// @param lengths  metric length of each edge
-EdgeReport measure_edges(const MeshView& mesh, const MeshEdges& edges, std::span<const double> lengths, const EdgeOptions& options = {});
+EdgeReport measure_edges(const MeshEdges& edges, std::span<const double> lengths, const EdgeOptions& options = {});
 
 }  // namespace gradus

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gradus/mesh/tri_mesh.hpp"
+#include "gradus/quality/statistics.hpp"
 
 #include <span>
 #include <vector>
@@ -30,5 +31,14 @@ struct MeshEdges {
 /// Linear in the size of the mesh for bounded valence.
 /// @throws std::invalid_argument naming the first triangle with an index out of range
 MeshEdges edges_of(const MeshView& mesh);
+
+/// Something bad about an edge.
+struct EdgeOffender {
+    std::array<int, 2> ends{-1, -1};
+    double value = 0;
+};
+
+/// Names edges by their ends rather than by their index.
+std::vector<EdgeOffender> by_ends(const MeshEdges& edges, std::span<const Offender> offenders);
 
 }  // namespace gradus

@@ -3,6 +3,9 @@
 
 #include "gradus/surface/patch_model.hpp"
 
+#include <span>
+#include <vector>
+
 namespace gradus {
 
 /// The same point of the surface on every patch that has it: `at` itself first, then its places across shared curves and at
@@ -21,5 +24,16 @@ struct Projection {
 /// is that of a point of the surface, so it is never below the true one.
 /// @param start  place to descend from; clamped to its domain
 Projection project(const PatchModel& model, const Eigen::Vector3d& point, const SurfacePoint& start);
+
+struct LocateOptions {
+    int intervals = 24;  ///< samples in each direction of each patch, less one
+    int patches = 4;     ///< nearest patches to descend on
+};
+
+/// Places of points that come without, as from a file: the closest point from the nearest samples of the nearest patches. Where
+/// parts of a model run through each other a point may be placed on either.
+/// @returns one per point; patch -1 for a point that is not finite
+/// @throws std::invalid_argument for options below 1
+std::vector<SurfacePoint> locate(const PatchModel& model, std::span<const Eigen::Vector3d> points, const LocateOptions& options = {});
 
 }  // namespace gradus

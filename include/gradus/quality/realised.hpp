@@ -7,12 +7,12 @@
 namespace gradus {
 
 struct RealisedGradation {
-    Summary size;                 ///< over used vertices, unit of length
-    Summary shock;                ///< H-shock of the realised sizes over edges, >= 1 [Borouchaki 1998, eq. 10]
-    Summary variation;            ///< H-variation over edges, >= 0 [eq. 9]
-    Summary neighbour_edges;      ///< over pairs of triangles with a common edge: longest / shortest of their five edges
-    Summary neighbour_areas;      ///< over the same pairs: larger / smaller area
-    std::vector<Offender> worst;  ///< edges of the largest shock: index in the edges, shock
+    Summary size;                     ///< over used vertices, unit of length
+    Summary shock;                    ///< H-shock of the realised sizes over edges, >= 1 [Borouchaki 1998, eq. 10]
+    Summary variation;                ///< H-variation over edges, >= 0 [eq. 9]
+    Summary neighbour_edges;          ///< over pairs of triangles with a common edge: longest / shortest of their five edges
+    Summary neighbour_areas;          ///< over the same pairs: larger / smaller area
+    std::vector<EdgeOffender> worst;  ///< edges of the largest shock
 };
 
 struct RealisedOptions {

@@ -1,0 +1,48 @@
+/// Everything that is measured on a mesh that came out, in one struct, and as text for people.
+#pragma once
+
+#include "gradus/quality/distance.hpp"
+#include "gradus/quality/edges.hpp"
+#include "gradus/quality/realised.hpp"
+#include "gradus/quality/shape.hpp"
+#include "gradus/quality/topology.hpp"
+
+#include <optional>
+#include <string>
+
+namespace gradus {
+
+/// Wall-clock time of a step, for the report.
+struct StageTime {
+    std::string name;
+    double seconds = 0;
+};
+
+struct MeshReport {
+    TopologyReport topology;
+    ShapeReport shape;
+    RealisedGradation gradation;
+    std::optional<EdgeReport> edges;        ///< where a size map was given
+    std::optional<DistanceReport> distance; ///< where a model was given
+    std::optional<NormalReport> normals;
+    std::vector<StageTime> stages;          ///< filled by the caller
+};
+
+/// What a mesh is measured against; what is not given is not measured.
+struct MeasureOptions {
+    std::span<const double> sizes{};        ///< one per vertex: lengths by geometric interpolation between them
+    SizeQuery size{};                       ///< size map in space, taken before `sizes`
+    std::span<const int> size_hints{};      ///< see metric_lengths
+    const PatchModel* model = nullptr;
+    std::span<const SurfacePoint> places{}; ///< one per vertex, with a model
+    std::span<const int> patches{};         ///< one per triangle, may be empty
+    std::size_t worst = 10;                 ///< how many offenders of each kind to list
+};
+
+/// @throws std::invalid_argument as edges_of, metric_lengths and measure_distance do
+MeshReport measure(const MeshView& mesh, const MeasureOptions& options = {});
+
+/// Aligned tables and histograms, at most 110 columns.
+std::string to_text(const MeshReport& report);
+
+}  // namespace gradus
