@@ -41,23 +41,32 @@ Colour from_lch(double l, double chroma, double hue) {
     return {part(c[0]), part(c[1]), part(c[2])};
 }
 
-/// Value at t of a polyline through values at even steps.
+/// Value at t of a smooth curve (uniform cubic B-spline) that starts and ends at the first and last control value.
+/// Kinks in a colour map would be seen as lines in the picture.
 template <std::size_t N>
-double along(const std::array<double, N>& values, double t) {
+double along(const std::array<double, N>& control, double t) {
+    const auto value = [&](int i) {
+        if (i < 0) return 2 * control[0] - control[1];
+        if (i >= static_cast<int>(N)) return 2 * control[N - 1] - control[N - 2];
+        return control[static_cast<std::size_t>(i)];
+    };
     const double x = t * (N - 1);
-    const std::size_t i = std::min(static_cast<std::size_t>(x), N - 2);
-    return values[i] + (x - static_cast<double>(i)) * (values[i + 1] - values[i]);
+    const int i = std::min(static_cast<int>(x), static_cast<int>(N) - 2);
+    const double s = x - i, r = 1 - s;
+    return (r * r * r * value(i - 1) + (3 * s * s * s - 6 * s * s + 4) * value(i) + (3 * r * r * r - 6 * r * r + 4) * value(i + 1) +
+            s * s * s * value(i + 2)) /
+           6;
 }
 
 Colour sequential(double t) {
-    constexpr std::array hue{312.0, 285.0, 255.0, 215.0, 170.0, 138.0, 104.0};
-    constexpr std::array chroma{0.12, 0.15, 0.125, 0.105, 0.13, 0.18, 0.185};
+    constexpr std::array hue{315.0, 290.0, 258.0, 215.0, 172.0, 138.0, 104.0};
+    constexpr std::array chroma{0.12, 0.145, 0.115, 0.085, 0.115, 0.175, 0.185};
     return from_lch(0.27 + 0.65 * t, along(chroma, t), along(hue, t));
 }
 
 Colour diverging(double t) {
     const double side = std::abs(2 * t - 1);
-    return from_lch(0.955 - 0.53 * side, 0.175 * std::pow(side, 0.9), t < 0.5 ? 255 : 28);
+    return from_lch(0.955 - 0.53 * side, (t < 0.5 ? 0.14 : 0.165) * side, t < 0.5 ? 255 : 28);
 }
 
 constexpr int table_size = 1024;

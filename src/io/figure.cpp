@@ -10,7 +10,7 @@ namespace gradus {
 namespace {
 
 /// Space a title takes, capitals and a little air below and above.
-int title_height(const std::string& title, double size) { return title.empty() ? 0 : static_cast<int>(std::ceil(2.2 * size)); }
+int title_height(const std::string& title, double size) { return title.empty() ? 0 : static_cast<int>(std::ceil(2.4 * size)); }
 
 double widest_label(const std::vector<double>& values, const TextStyle& style) {
     double widest = 0;

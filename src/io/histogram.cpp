@@ -25,6 +25,8 @@ struct Layout {
     double y(double share) const { return bottom - share / shares.high * (bottom - top); }
 };
 
+constexpr double headroom = 1.06;  // of the axis over the tallest bar
+
 double tallest(const Histogram& histogram) {
     double share = 0;
     for (std::size_t i = 0; i < histogram.counts.size(); ++i) share = std::max(share, histogram.share(i));
@@ -37,7 +39,7 @@ std::string percent(double share) { return tick_label(100 * share) + "%"; }
 Layout lay_out(const Histogram& histogram, const HistogramStyle& style) {
     Layout layout;
     layout.text = std::clamp(std::min(style.width / 58.0, style.height / 36.0), 7.0, 40.0);
-    layout.shares = {0, style.greatest_share.value_or(1.06 * tallest(histogram))};
+    layout.shares = {0, style.greatest_share.value_or(headroom * tallest(histogram))};
     if (!(layout.shares.high > 0)) layout.shares.high = 1;
     layout.values = histogram.range;
     layout.scale = histogram.scale;
@@ -112,6 +114,12 @@ Histogram count_values(std::span<const double> values, int bins, std::optional<R
     return histogram;
 }
 
+void share_axis(const Histogram& left, HistogramStyle& left_style, const Histogram& right, HistogramStyle& right_style) {
+    constexpr double least = 1e-9;  // both may be empty
+    if (!left_style.greatest_share) left_style.greatest_share = std::max(headroom * std::max(tallest(left), tallest(right)), least);
+    right_style.greatest_share = left_style.greatest_share;
+}
+
 Image draw_histogram(const Histogram& histogram, const HistogramStyle& style) {
     check(style);
     const Layout layout = lay_out(histogram, style);
@@ -144,8 +152,7 @@ Image draw_histogram(const Histogram& histogram, const HistogramStyle& style) {
 }
 
 Image draw_histograms(const Histogram& left, HistogramStyle left_style, const Histogram& right, HistogramStyle right_style) {
-    if (!left_style.greatest_share) left_style.greatest_share = 1.06 * std::max({tallest(left), tallest(right), 1e-9});
-    right_style.greatest_share = left_style.greatest_share;
+    share_axis(left, left_style, right, right_style);
     const Image a = draw_histogram(left, left_style), b = draw_histogram(right, right_style);
     Image image(a.width + b.width, std::max(a.height, b.height));
     paste(image, a, 0, 0);

@@ -158,7 +158,7 @@ Fans fans_of(const MeshView& mesh) {
 float light_on(const Eigen::Vector3d& n) {
     static const Eigen::Vector3d lamp = Eigen::Vector3d(-0.45, 0.65, 0.62).normalized();
     const double lit = 0.5 + 0.5 * n.dot(lamp), facing = std::max(0.0, n.z());
-    return static_cast<float>(std::clamp(0.72 * lit * lit + 0.30 * facing + 0.02, 0.0, 1.0));
+    return static_cast<float>(std::clamp(0.80 * lit * lit + 0.32 * facing, 0.0, 1.0));
 }
 
 /// What the steps of one picture share.
@@ -209,9 +209,12 @@ void place_corners(const MeshView& mesh, const ScalarField& field, const Range& 
         for (int k = 0; k < 3; ++k) corners[t].place[k] = place[by_vertex ? static_cast<std::size_t>(mesh.triangles[t][k]) : t];
 }
 
-raster::Line line_between(const View& view, const ScreenPoint& a, const ScreenPoint& b, double width, const Colour& colour) {
-    // The surface beside a line may rise to the eye; this many widths let lines through up to a slope of 80 degrees.
-    const double pixels = 3 * width;
+/// How far lines are moved to the eye, in widths, since the surface beside them rises to it. Features lie on slopes of up to 80 degrees;
+/// one side of an outline is free, and moving it further would show it where the surface dips into another.
+constexpr double feature_lift = 3, outline_lift = 0.5;
+
+raster::Line line_between(const View& view, const ScreenPoint& a, const ScreenPoint& b, double width, double lift, const Colour& colour) {
+    const double pixels = lift * width;
     return {{a.x, a.y}, {b.x, b.y}, view.nearer(a, pixels), view.nearer(b, pixels), width, colour};
 }
 
@@ -284,12 +287,12 @@ Image render(const MeshView& mesh, const Camera& camera, const RenderOptions& op
         drawing.map = mesh.field->map;
         place_corners(mesh, *mesh.field, mesh.field->range.value_or(range_of(mesh.field->values, mesh.field->scale)), scene.corners);
     }
-    const auto add_lines = [&](std::span<const std::array<int, 2>> edges, double thickness, const Colour& colour) {
+    const auto add_lines = [&](std::span<const std::array<int, 2>> edges, double thickness, double lift, const Colour& colour) {
         if (thickness > 0)
-            for (const auto& [a, b] : edges) drawing.lines.push_back(line_between(view, scene.points[a], scene.points[b], thickness, colour));
+            for (const auto& [a, b] : edges) drawing.lines.push_back(line_between(view, scene.points[a], scene.points[b], thickness, lift, colour));
     };
-    if (options.outline_width > 0) add_lines(outline_edges(mesh, scene), options.outline_width, options.outline);
-    add_lines(mesh.features, options.feature_width, options.feature);
+    if (options.outline_width > 0) add_lines(outline_edges(mesh, scene), options.outline_width, outline_lift, options.outline);
+    add_lines(mesh.features, options.feature_width, feature_lift, options.feature);
     Image picture = raster::draw(drawing);
     if (width == options.width) return picture;
     Image image(options.width, options.height, options.background);

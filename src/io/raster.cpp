@@ -99,9 +99,9 @@ struct EdgeStyle {
     double half_width = 0, opacity = 0;
 };
 
-/// Thins and then fades the edges of triangles only a few pixels wide, so that they cover at most about half of them.
+/// Thins and then fades the edges of triangles only a few pixels wide, so that the tone of dense parts stays even.
 EdgeStyle adapt_edges(double width, double inradius) {
-    constexpr double most = 0.5, thinnest = 0.6;  // covered fraction of a triangle; fraction of the width asked for
+    constexpr double most = 0.38, thinnest = 0.6;  // covered fraction of a triangle; fraction of the width asked for
     if (!(width > 0)) return {};
     // A border of width b inside a triangle covers 1 - (1 - b/r)^2 of it.
     const double wanted = 2 * inradius * (1 - std::sqrt(1 - most));

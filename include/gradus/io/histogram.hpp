@@ -37,6 +37,9 @@ struct HistogramStyle {
     std::optional<double> mark;            ///< value with a vertical line: a bound, a mean
 };
 
+/// Gives two styles the same vertical axis, high enough for the tallest bar of both, unless the left one has its own.
+void share_axis(const Histogram& left, HistogramStyle& left_style, const Histogram& right, HistogramStyle& right_style);
+
 Image draw_histogram(const Histogram& histogram, const HistogramStyle& style = {});
 
 /// Two histograms side by side with the same axes. They should have the same range and bins.
