@@ -76,7 +76,7 @@ class ObjReader {
 
     std::int64_t read_index(const char*& at, const char* end) {
         const bool negative = at != end && *at == '-';
-        if (negative) ++at;
+        if (negative || (at != end && *at == '+')) ++at;
         const char* first = at;
         std::int64_t value = 0;
         for (; at != end && *at >= '0' && *at <= '9'; ++at)

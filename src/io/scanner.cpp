@@ -160,17 +160,15 @@ std::size_t Scanner::count(const char* what, std::size_t least) {
 }
 
 void Scanner::fail_at(const char* where, const std::string& what) const {
+    // What is missing at the end is missed on the last line that holds something.
+    if (where == end_)
+        while (where != begin_ && is_space(where[-1])) --where;
     const auto line = 1 + std::count(begin_, where, '\n');
     throw IoError(path_, static_cast<int>(std::min<std::ptrdiff_t>(line, std::numeric_limits<int>::max())), what);
 }
 
 void Scanner::fail_expected(const char* what) {
-    if (pos_ == end_) {
-        // The end is on the last line that holds something.
-        const char* last = end_;
-        while (last != begin_ && is_space(last[-1])) --last;
-        fail_at(last, std::string("expected ") + what + ", found the end of the file");
-    }
+    if (pos_ == end_) fail(std::string("expected ") + what + ", found the end of the file");
     fail(std::string("expected ") + what + ", found " + (*pos_ == '\n' ? "the end of the line" : quoted(word_here())));
 }
 

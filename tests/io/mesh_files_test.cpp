@@ -1,0 +1,445 @@
+#include "gradus/io/mesh_files.hpp"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <limits>
+
+#include "gradus/io/error.hpp"
+#include "gradus/io/input_file.hpp"
+#include "gradus/mesh/diagnose.hpp"
+#include "support/files.hpp"
+#include "support/soups.hpp"
+
+using namespace gradus;
+using support::TemporaryFolder;
+using support::wild_soup;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+bool same_bits(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return same_bits(a[0], b[0]) && same_bits(a[1], b[1]) && same_bits(a[2], b[2]); }
+
+bool same_points(const TriangleSoup& a, const TriangleSoup& b) {
+    return std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
+                      [](const auto& p, const auto& q) { return same_bits(p, q); });
+}
+
+/// Corner by corner, whatever the vertices are numbered.
+bool same_corners(const TriangleSoup& a, const TriangleSoup& b) {
+    if (a.triangles.size() != b.triangles.size()) return false;
+    for (std::size_t t = 0; t < a.triangles.size(); ++t)
+        for (int k = 0; k < 3; ++k)
+            if (!same_bits(a.points[a.triangles[t][k]], b.points[b.triangles[t][k]])) return false;
+    return true;
+}
+
+bool same_parameters(const TriangleSoup& a, const TriangleSoup& b) {
+    return std::equal(a.parameters.begin(), a.parameters.end(), b.parameters.begin(), b.parameters.end(), [](const auto& p, const auto& q) {
+        return p.vertex == q.vertex && p.at.patch == q.at.patch && same_bits(p.at.uv[0], q.at.uv[0]) && same_bits(p.at.uv[1], q.at.uv[1]);
+    });
+}
+
+TriangleSoup read_text(const TemporaryFolder& folder, const std::string& name, std::string_view text) {
+    support::spill(folder / name, text);
+    return read_mesh(folder / name);
+}
+
+template <class Number>
+void put(std::string& bytes, Number value, bool big_endian = false) {
+    char raw[sizeof value];
+    std::memcpy(raw, &value, sizeof value);
+    if (big_endian) std::reverse(raw, raw + sizeof raw);
+    bytes.append(raw, sizeof raw);
+}
+
+const std::vector<Triangle> kTwo{{0, 1, 2}, {0, 2, 3}};
+
+}  // namespace
+
+TEST_CASE("every format gives back the same bits", "[io][property]") {
+    const TemporaryFolder folder;
+    const unsigned seed = GENERATE(range(0u, 8u));
+    const TriangleSoup soup = wild_soup(seed);
+    struct Case {
+        const char* name;
+        bool ascii;
+    };
+    for (const auto& [name, ascii] : {Case{"a.mesh", false}, Case{"a.meshb", false}, Case{"a.obj", false}, Case{"a.OFF", false}, Case{"a.ply", false},
+                                      Case{"b.ply", true}}) {
+        INFO(name << " ascii " << ascii << " seed " << seed);
+        write_mesh(folder / name, soup, {.ascii = ascii});
+        const TriangleSoup back = read_mesh(folder / name);
+        CHECK(same_points(soup, back));
+        CHECK(soup.triangles == back.triangles);
+        if (std::string(name).starts_with("a.mesh")) {
+            CHECK(soup.labels == back.labels);
+            CHECK(same_parameters(soup, back));
+            CHECK(soup.edges == back.edges);
+            CHECK(soup.corners == back.corners);
+        }
+    }
+    write_mesh(folder / "a.stl", soup, {.ascii = true});
+    CHECK(same_corners(soup, read_mesh(folder / "a.stl")));
+}
+
+TEST_CASE("binary STL keeps what single precision holds, and refuses what it does not", "[io]") {
+    const TemporaryFolder folder;
+    TriangleSoup soup = support::grid(9);
+    for (Eigen::Vector3d& p : soup.points) p = p.cast<float>().cast<double>();
+    write_mesh(folder / "a.stl", soup);
+    const TriangleSoup back = read_mesh(folder / "a.stl");
+    CHECK(same_corners(soup, back));
+    CHECK(back.points.size() == soup.points.size());
+    soup.points[0].x() = 1e300;
+    CHECK_THROWS_AS(write_mesh(folder / "a.stl", soup), std::invalid_argument);
+}
+
+TEST_CASE("sizes give back the same bits, unset ones too", "[io]") {
+    const TemporaryFolder folder;
+    const std::string name = GENERATE("a.sol", "a.solb");
+    std::mt19937_64 random(3);
+    std::vector<double> sizes{kInfinity, 5e-324, 1.7976931348623157e308, 0.1};
+    while (sizes.size() < 500) sizes.push_back(std::abs(support::any_double(random)) + 5e-324);
+    write_sizes(folder / name, sizes);
+    CHECK(read_sizes(folder / name, sizes.size()) == sizes);
+    CHECK_THROWS_WITH(read_sizes(folder / name, 499), Catch::Contains("500 sizes, but 499"));
+    for (const double bad : {0.0, -1.0, std::nan("")}) CHECK_THROWS_AS(write_sizes(folder / name, std::vector{bad}), std::invalid_argument);
+    write_sizes(folder / name, {});
+    CHECK(read_sizes(folder / name, 0).empty());
+}
+
+TEST_CASE("a soup without triangles or points is written and read", "[io]") {
+    const TemporaryFolder folder;
+    const std::string name = GENERATE("a.mesh", "a.meshb", "a.off", "a.ply", "a.stl");
+    write_mesh(folder / name, {});
+    CHECK(read_mesh(folder / name).triangles.empty());
+}
+
+TEST_CASE("what no reader would take is not written", "[io]") {
+    const TemporaryFolder folder;
+    const auto refused = [&](auto&& spoil) {
+        TriangleSoup soup = wild_soup(1);
+        spoil(soup);
+        CHECK_THROWS_AS(write_mesh(folder / "a.mesh", soup), std::invalid_argument);
+    };
+    refused([](TriangleSoup& s) { s.points[3].z() = kInfinity; });
+    refused([](TriangleSoup& s) { s.triangles[5][1] = 60; });
+    refused([](TriangleSoup& s) { s.labels.pop_back(); });
+    refused([](TriangleSoup& s) { s.edges[0][0] = -1; });
+    refused([](TriangleSoup& s) { s.corners[0] = 99; });
+    refused([](TriangleSoup& s) { s.parameters[0].vertex = 60; });
+    CHECK_THROWS_WITH(write_mesh(folder / "a.xyz", {}), Catch::Contains(".xyz"));
+    CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_CASE("Medit files of other tools are read", "[io]") {
+    const TemporaryFolder folder;
+    SECTION("comments, keywords and counts on one line, signs, Fortran exponents, unknown sections, quadrilaterals") {
+        const TriangleSoup soup = read_text(folder, "a.mesh",
+                                            "\xEF\xBB\xBF# by hand\r\n MeshVersionFormatted 1 Dimension 3\r\n"
+                                            "Geometry \"some file.mesh\"\nAngleOfCornerBound 30.5\n"
+                                            "Triangles 1 1 2 3 7 # before the vertices\n"
+                                            "Normals\n2\n0 0 1\nnan inf 0\n"
+                                            "Vertices 4  0 0 0 1  +1.0D0 0 0 1\n1e0 10d-1 0 1 0 1. 0 1\n"
+                                            "Quadrilaterals\n1\n1 2 3 4 9\nEdges 2 1 2 0 2 3 0 RequiredEdges 1 2 Ridges 1 1 Corners 1 4\nEnd\nleft over");
+        CHECK(soup.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 1, 2}, {0, 2, 3}});
+        CHECK(soup.labels == std::vector{7, 9, 9});
+        CHECK(soup.points[2] == Eigen::Vector3d(1, 1, 0));
+        CHECK(soup.edges == std::vector<std::array<int, 2>>{{0, 1}, {1, 2}});
+        CHECK(soup.corners == std::vector{3});
+    }
+    SECTION("a planar mesh") {
+        const TriangleSoup soup =
+            read_text(folder, "a.mesh", "MeshVersionFormatted 2\n\nDimension\n2\nVertices\n3\n0 0 0\n1 0 0\n1 2.5 0\nTriangles\n1\n1 2 3 0\n");
+        CHECK(soup.points[2] == Eigen::Vector3d(1, 2.5, 0));
+        CHECK(soup.labels.empty());
+    }
+    SECTION("sizes with counts on the line of the keyword") {
+        support::spill(folder / "a.sol", "MeshVersionFormatted 2 Dimension 3 SolAtVertices 3 1 1 1 inf 2.5d-1 End");
+        CHECK(read_sizes(folder / "a.sol", 3) == std::vector{1.0, kInfinity, 0.25});
+    }
+    SECTION("binary of all versions and both byte orders, with an unknown section") {
+        const int version = GENERATE(1, 2, 3, 4);
+        const bool big = GENERATE(false, true);
+        std::string bytes;
+        const auto integer = [&](std::int64_t i) { version == 4 ? put(bytes, i, big) : put(bytes, std::int32_t(i), big); };
+        const auto real = [&](double r) { version == 1 ? put(bytes, float(r), big) : put(bytes, r, big); };
+        const auto section = [&](std::int32_t keyword, std::size_t size) {
+            put(bytes, keyword, big);
+            const std::size_t next = bytes.size() + (version < 3 ? 4 : 8) + size;
+            version < 3 ? put(bytes, std::int32_t(next), big) : put(bytes, std::int64_t(next), big);
+        };
+        const std::size_t i = version == 4 ? 8 : 4, r = version == 1 ? 4 : 8;
+        put(bytes, std::int32_t{1}, big);
+        put(bytes, std::int32_t{version}, big);
+        section(3, 4);
+        put(bytes, std::int32_t{3}, big);
+        section(60, 3 * r);
+        for (int k = 0; k < 3; ++k) real(k);
+        section(4, i + 4 * (3 * r + i));
+        integer(4);
+        for (const auto& p : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(1, 1, 0), Eigen::Vector3d(0, 1, 0.5)}) {
+            for (int k = 0; k < 3; ++k) real(p[k]);
+            integer(0);
+        }
+        section(7, i + 5 * i);
+        for (const int k : {1, 1, 2, 3, 4, 6}) integer(k);
+        section(54, 0);
+        const TriangleSoup soup = read_text(folder, "a.meshb", bytes);
+        CHECK(soup.triangles == kTwo);
+        CHECK(soup.labels == std::vector{6, 6});
+        CHECK(soup.points[3] == Eigen::Vector3d(0, 1, 0.5));
+    }
+}
+
+TEST_CASE("OBJ in all its spellings is read", "[io]") {
+    const TemporaryFolder folder;
+    const TriangleSoup soup = read_text(folder, "a.obj",
+                                        "# comment \\\nmtllib x.mtl\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0 .5 .5 .5 # colour\r\nv 0 \\\n 1 0\n"
+                                        "vt 0 0\nvn 0 0 1\nvp 1\ng a b\nusemtl m\ns off\n"
+                                        "f 1 2 3 4\nf 1/1 2/1 3/1\nf 1//1 2//1 \\\n3//1\nf 1/1/1 2/1/1 3/1/1\r\nf -4 -3 -2#x\n  f\t+1 2/ 3\nl 1 2\nf 5 6 7\n"
+                                        "v 2 0 0\nv 3 0 0\nv 3 1 0");
+    CHECK(soup.points.size() == 7);
+    CHECK(soup.points[3] == Eigen::Vector3d(0, 1, 0));
+    const Triangle t{0, 1, 2};
+    CHECK(soup.triangles == std::vector<Triangle>{t, {0, 2, 3}, t, t, t, t, t, {4, 5, 6}});
+}
+
+TEST_CASE("OFF in all its spellings is read", "[io]") {
+    const TemporaryFolder folder;
+    const std::string text = GENERATE("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n",
+                                      "OFF 4 1 0 # counts here\n\n0 0 0\n\n1 0 0 # a\n1 1 0\n0 1 0\n4 0 1 2 3 255 0 0\n\n",
+                                      "4 1 4\r\n0 0 0\r\n1 0 0\r\n1 1 0\r\n0 1 0\r\n4 0 1 2 3\r\n", "# x\nOFF\n# y\n4 1\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 .5 .5 .5 1",
+                                      "COFF\n4 1 0\n0 0 0 255 0 0 255\n1 0 0 255 0 0 255\n1 1 0 0 0 0 0\n0 1 0 1 1 1 1\n4 0 1 2 3\n",
+                                      "NOFF\n4 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n1 1 0 0 0 1\n0 1 0 0 0 1\n4 0 1 2 3\n",
+                                      "STCNOFF\n4 1 0\n0 0 0 0 0 1 1 1 1 1 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n");
+    const TriangleSoup soup = read_text(folder, "a.off", text);
+    CHECK(soup.triangles == kTwo);
+    CHECK(soup.points[2] == Eigen::Vector3d(1, 1, 0));
+}
+
+TEST_CASE("PLY with any properties in any order is read", "[io]") {
+    const TemporaryFolder folder;
+    SECTION("text") {
+        const TriangleSoup soup =
+            read_text(folder, "a.ply",
+                      "ply\r\nformat ascii 1.0\r\ncomment property list\r\nobj_info x\r\nelement extra 2\r\nproperty list uchar float odd\r\n"
+                      "element face 1\r\nproperty uchar red\r\nproperty list uchar uint vertex_index\r\nproperty list int8 int16 more\r\n"
+                      "element vertex 4\r\nproperty float z\r\nproperty uchar red\r\nproperty float32 y\r\nproperty double x\r\nelement none 0\r\n"
+                      "property int a\r\nend_header\r\n0\r\n2 1.5 nan\r\n255 4 0 1 2 3 2 7 8\r\n0 9 0 0\r\n0 9 0 1\r\n0 9 1 1\r\n0.1 9 1 0\r\n");
+        CHECK(soup.triangles == kTwo);
+        CHECK(soup.points[3] == Eigen::Vector3d(0, 1, 0.1));
+    }
+    SECTION("binary of both byte orders") {
+        const bool big = GENERATE(false, true);
+        std::string bytes = std::string("ply\nformat ") + (big ? "binary_big_endian" : "binary_little_endian") +
+                            " 1.0\nelement vertex 4\nproperty short x\nproperty float y\nproperty char s\nproperty float64 z\n"
+                            "element face 1\nproperty list ushort short vertex_indices\nproperty double q\nelement tail 1\nproperty list int char c\nend_header\n";
+        const double xyz[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0.1}};
+        for (const auto& [x, y, z] : xyz) {
+            put(bytes, std::int16_t(x), big);
+            put(bytes, float(y), big);
+            put(bytes, std::int8_t{-1}, big);
+            put(bytes, z, big);
+        }
+        put(bytes, std::uint16_t{4}, big);
+        for (std::int16_t k = 0; k < 4; ++k) put(bytes, k, big);
+        put(bytes, 1.0, big);
+        put(bytes, std::int32_t{3}, big);
+        bytes += "abc";
+        const TriangleSoup soup = read_text(folder, "a.ply", bytes);
+        CHECK(soup.triangles == kTwo);
+        CHECK(soup.points[3] == Eigen::Vector3d(0, 1, 0.1));
+    }
+}
+
+TEST_CASE("STL is welded where coordinates are equal", "[io]") {
+    const TemporaryFolder folder;
+    const TriangleSoup soup = read_text(folder, "a.stl",
+                                        "solid a name of\tmany words\n FACET NORMAL nan nan nan\n OUTER LOOP\nvertex 0 0 0\nvertex 1 0 0\nvertex 1e0 1 0\n"
+                                        "endloop\nendfacet\nendsolid a name\nsolid\nfacet normal 0 0 1\nouter loop vertex -0 0 0 vertex 1 1 0\n"
+                                        "vertex 0 1 1e-300\nendloop endfacet\nendsolid");
+    CHECK(soup.triangles == kTwo);
+    CHECK(diagnose(soup).components == 1);
+}
+
+TEST_CASE("a text of numbers is read exactly rounded", "[io][exact]") {
+    const TemporaryFolder folder;
+    const TriangleSoup soup = read_text(folder, "a.obj",
+                                        "v 0.1000000000000000055511151231257827021181583404541015625 9007199254740993 1e-400\n"
+                                        "v -1e-4000 2.2250738585072011e-308 179769313486231570000000000000000000000000000000000000000e252\n");
+    CHECK(soup.points[0] == Eigen::Vector3d(0.1, 9007199254740992.0, 0));
+    CHECK(soup.points[1] == Eigen::Vector3d(0, 2.2250738585072011e-308, 1.7976931348623157e308));
+}
+
+TEST_CASE("malformed files are refused with the path and the line", "[io]") {
+    struct Case {
+        const char* name;
+        std::string contents;
+        int line;
+        const char* says;
+    };
+    const std::string mesh = "MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 0 0\n1 0 0 0\n0 1 0 0\n";
+    const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    const std::string solid = "solid\nfacet normal 0 0 1\nouter loop\n";
+    const std::string sol = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n";
+    const Case test = GENERATE_REF(values<Case>({
+        {"a.mesh", "", 0, "empty"},
+        {"a.mesh", "solid", 1, "MeshVersionFormatted"},
+        {"a.mesh", "MeshVersionFormatted 9\n", 1, "version"},
+        {"a.mesh", "MeshVersionFormatted 2\nDimension 4\n", 2, "dimension"},
+        {"a.mesh", mesh, 7, "no Triangles"},
+        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nTriangles\n0\nEnd\n", 5, "no Vertices"},
+        {"a.mesh", mesh + "Triangles\n1\n1 2 4 0\n", 10, "vertex 4; there are 3"},
+        {"a.mesh", mesh + "Triangles\n1\n1 0 2 0\n", 10, "vertex 0"},
+        {"a.mesh", mesh + "Triangles\n2\n1 2 3 0\nEnd\n", 11, "found 'End'"},
+        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\n1 2 3 0\nEnd\n", 11, "more entries"},
+        {"a.mesh", mesh + "Triangles\n1\n1 2\n", 10, "end of the file"},
+        {"a.mesh", mesh + "Triangles\n1\n1 2.5 3 0\n", 10, "'2.5'"},
+        {"a.mesh", mesh + "Triangles\n-1\n", 9, "negative"},
+        {"a.mesh", mesh + "Triangles\n1000000000000000000\n1 2 3 0\n", 9, "more than the rest"},
+        {"a.mesh", mesh + "Triangles\n99999999999999999999\n1 2 3 0\n", 9, "'9999"},
+        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nEdges\n1\n1 4 0\n", 13, "vertex 4"},
+        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nRidges\n1\n1\n", 13, "edge 1; there are 0"},
+        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nCorners\n1\n4\n", 13, "vertex 4"},
+        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nVerticesOnGeometricTriangles\n1\n1 1 nan 0 0\n", 13, "not finite"},
+        {"a.mesh", mesh + mesh, 11, "second Vertices"},
+        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 nan 0 0\n", 5, "not finite"},
+        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 1e400 0 0\n", 5, "beyond double"},
+        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 0x 0 0\n", 5, "'0x'"},
+        {"a.mesh", sol + "1\n1 1\n1\nEnd\n", 4, "sizes"},
+        {"a.obj", "# nothing\n", 1, "no vertex"},
+        {"a.obj", "v 0 0 0\nv 0 1\n", 2, "end of the line"},
+        {"a.obj", "v 0 0 0\nv 0 1 zero\n", 2, "'zero'"},
+        {"a.obj", "v 0 0 0\nv 0 1 inf\n", 2, "not finite"},
+        {"a.obj", "v 0 0 0 red\n", 1, "'red'"},
+        {"a.obj", "v 0 0 0\nf 1 1\n", 2, "at least 3"},
+        {"a.obj", "v 0 0 0\n\nf 1 1 2\nv 0 0", 4, "end of the file"},
+        {"a.obj", "v 0 0 0\n\nf 1 1 2\n", 3, "vertex 2 out of range; there are 1"},
+        {"a.obj", "v 0 0 0\nf 1 1 0\n", 2, "vertex 0"},
+        {"a.obj", "v 0 0 0\nf 1 1 -2\n", 2, "vertex -2"},
+        {"a.obj", "v 0 0 0\nf 1 1 99999999999999999999\n", 2, "out of range"},
+        {"a.obj", "v 0 0 0\nf 1 \\\n1 a\n", 3, "'a'"},
+        {"a.obj", "v 0 0 0\nf 1/1/1/1 1 1\n", 2, "vertex of a face"},
+        {"a.off", "PLY\n", 1, "OFF"},
+        {"a.off", "nOFF\n3\n", 1, "OFF"},
+        {"a.off", "OFF BINARY\n", 1, "binary"},
+        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n", 4, "end of the file"},
+        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n", 5, "end of the file"},
+        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 6, "vertex 3"},
+        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", 6, "at least 3"},
+        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n2\n", 6, "end of the line"},
+        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n", 7, "after 1 faces"},
+        {"a.off", "OFF\n3 1 0\n0 0 0 1\n1 0 0\n0 1 0\n3 0 1 2\n", 3, "end of the line"},
+        {"a.off", "OFF\n1000000000 1 0\n0 0 0\n", 2, "more than the rest"},
+        {"a.ply", "plx\n", 1, "PLY"},
+        {"a.ply", "ply\nformat ascii 2.0\n", 2, "1.0"},
+        {"a.ply", "ply\nformat text 1.0\n", 2, "'text'"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n", 4, "'real'"},
+        {"a.ply", "ply\nformat ascii 1.0\nproperty float x\n", 3, "unexpected"},
+        {"a.ply", ply + "end_header\n", 7, "no element face"},
+        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 13, "vertex 3"},
+        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", 13, "vertex -1"},
+        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", 13, "at least 3"},
+        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n", 12, "end of the file"},
+        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n7\n", 14, "end of the file"},
+        {"a.ply", ply + faces + "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n", 11, "not finite"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1000000000000\nproperty float x\n", 3, "more than the rest"},
+        {"a.stl", "solid\nfacet normal 0 0 1\nouter lop\n", 3, "expected loop"},
+        {"a.stl", solid + "vertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n", 6, "expected vertex"},
+        {"a.stl", solid + "vertex 0 0 0\nvertex 1 0 inf\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n", 5, "not finite"},
+        {"a.stl", solid + "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n", 8, "endsolid"},
+        {"a.stl", std::string(84, 'x'), 0, "number of triangles"},
+        {"a.stl", "short", 0, "end of the file"},
+        {"a.stl", std::string(80, ' ') + std::string("\1\0\0\0", 4) + std::string(49, '\0'), 0, "more than the rest"},
+        {"a.stl", std::string(80, ' ') + std::string("\1\0\0\0", 4) + std::string(51, '\0'), 0, "room for"},
+        {"a.meshb", "abc", 0, "end of the file"},
+        {"a.meshb", "abcdefgh", 0, "not a binary Medit"},
+        {"a.meshb", std::string("\1\0\0\0\2\0\0\0\4\0\0\0\0\0\0\0", 16), 0, "ends before it starts"},
+        {"a.sol", sol + "2\n1 1\n1\n0\n", 7, "must be > 0"},
+        {"a.sol", sol + "2\n1 1\n1\n-1\n", 7, "must be > 0"},
+        {"a.sol", sol + "2\n1 1\n1\nnan\n", 7, "must be > 0"},
+        {"a.sol", sol + "2\n1 3\n1 1\n", 5, "one scalar"},
+        {"a.sol", sol + "2\n1 1\n1\n", 6, "end of the file"},
+        {"a.sol", sol + "2\n1 1\n1 1 1\n", 6, "more entries"},
+        {"a.sol", sol + "3\n1 1\n1 1 1\n", 4, "holds 3 sizes, but 2"},
+        {"a.sol", sol + "1000000000000\n", 4, "more than the rest"},
+        {"a.sol", "MeshVersionFormatted 2\nDimension 3\nEnd\n", 3, "no SolAtVertices"},
+        {"a.xyz", "1 2 3\n", 0, ".xyz"},
+    }));
+    const TemporaryFolder folder;
+    const std::string path = folder / test.name;
+    support::spill(path, test.contents);
+    INFO(test.name << "\n" << test.contents);
+    try {
+        if (std::string(test.name) == "a.sol")
+            read_sizes(path, 2);
+        else
+            read_mesh(path);
+        FAIL("was accepted");
+    } catch (const IoError& error) {
+        CHECK(error.path() == path);
+        CHECK(error.line() == test.line);
+        CHECK_THAT(error.what(), Catch::StartsWith(path + ":") && Catch::Contains(test.says));
+    }
+}
+
+TEST_CASE("missing files and folders are refused", "[io]") {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "a.mesh");
+    CHECK_THROWS_AS(read_mesh(folder / "a.mesh"), IoError);
+    CHECK_THROWS_AS(read_mesh(folder / "b.mesh"), IoError);
+    CHECK_THROWS_AS(read_sizes(folder / "b.sol", 1), IoError);
+    CHECK_THROWS_AS(read_mesh(folder / "none"), IoError);
+}
+
+TEST_CASE("damaged files are refused or give a soup that can be diagnosed", "[io][property]") {
+    const TemporaryFolder folder;
+    TriangleSoup soup = support::grid(3);
+    soup.labels.assign(soup.triangles.size(), 4);
+    soup.edges = {{0, 1}, {1, 2}};
+    soup.corners = {0, 3};
+    soup.parameters = {{0, {1, {0.5, 0.25}}}, {3, {0, {1e-5, 1}}}};
+    const std::vector<double> sizes(soup.points.size(), 0.3);
+
+    std::vector<std::pair<std::string, std::string>> files;  // name, contents
+    for (const auto& [name, ascii] : {std::pair{"a.mesh", false}, {"a.meshb", false}, {"a.obj", false}, {"a.off", false}, {"a.ply", false}, {"a.ply", true},
+                                      {"a.stl", false}, {"a.stl", true}}) {
+        write_mesh(folder / name, soup, {.ascii = ascii});
+        files.emplace_back(name, read_file(folder / name));
+    }
+    for (const char* name : {"a.sol", "a.solb"}) {
+        write_sizes(folder / name, sizes);
+        files.emplace_back(name, read_file(folder / name));
+    }
+
+    std::mt19937_64 random(11);
+    int refused = 0;
+    for (int mutation = 0; mutation < 3000; ++mutation) {
+        const auto& [name, valid] = files[static_cast<std::size_t>(mutation) % files.size()];
+        std::string contents = valid;
+        const int flips = static_cast<int>(random() % 4);
+        for (int k = 0; k < flips; ++k) contents[random() % contents.size()] ^= static_cast<char>(1 << random() % 8);
+        if (random() % 3 == 0) contents[random() % contents.size()] = "0-.e \n9\xff\0"[random() % 9];
+        if (random() % 3 == 0) contents.resize(random() % contents.size());
+        support::spill(folder / name, contents);
+        try {
+            if (name.starts_with("a.sol")) {
+                const std::vector<double> back = read_sizes(folder / name, sizes.size());
+                CHECK(back.size() == sizes.size());
+            } else {
+                const Diagnosis d = diagnose(read_mesh(folder / name));
+                CHECK(d.out_of_range.empty());
+                CHECK(d.bad_numbers.empty());
+            }
+        } catch (const IoError& error) {
+            ++refused;
+            CHECK(error.path() == folder / name);
+        }
+    }
+    CHECK(refused > 1000);
+}
