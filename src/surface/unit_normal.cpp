@@ -55,9 +55,9 @@ std::optional<Eigen::Vector2d> way_out_of_degeneracy(const Domain& domain, const
     const bool parallel = jet.du.cross(jet.dv).norm() * eu * ev <= threshold * u * v;
     if (!no_u && !no_v && !parallel) return std::nullopt;
     const double in_u = eu * inwards(uv.x(), domain.min.x(), domain.max.x()), in_v = ev * inwards(uv.y(), domain.min.y(), domain.max.y());
-    // Where only S_u vanishes a side along u may be collapsed: leave it across. Unless S_u does not grow that way.
-    if (no_u && !no_v && uv_change > 1e-3 * v) return Eigen::Vector2d(0, in_v);
-    if (no_v && !no_u && uv_change > 1e-3 * u) return Eigen::Vector2d(in_u, 0);
+    // Along a collapsed side S_uu vanishes with S_u: leave it across. Where it does not, only the corner is degenerate.
+    if (no_u && !no_v && jet.duu.norm() * eu * eu <= 0.1 * uv_change) return Eigen::Vector2d(0, in_v);
+    if (no_v && !no_u && jet.dvv.norm() * ev * ev <= 0.1 * uv_change) return Eigen::Vector2d(in_u, 0);
     return Eigen::Vector2d(in_u, in_v);
 }
 
