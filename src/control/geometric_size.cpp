@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <stdexcept>
 #include <string>
 
@@ -74,6 +73,7 @@ class Builder {
     double size_on_edge(int h, const SurfacePoint& middle) const;
     double length(int h) const { return (points_[mesh_.origin(h)] - points_[mesh_.target(h)]).norm(); }
     int longest_edge(int t) const;
+    std::array<Eigen::Vector2d, 2> parameters_of(int h) const;
     SurfacePoint middle_of(int h) const;
     SurfacePoint other_side_of(int h, const SurfacePoint& middle) const;
     void bisect(int h);
@@ -85,7 +85,6 @@ class Builder {
     Connectivity mesh_;
     std::vector<Eigen::Vector3d> points_;
     std::vector<double> sizes_;
-    std::vector<char> pole_;
     std::vector<std::array<int, 2>> parents_;  // of vertices that came by bisection, in order
     std::vector<int> patch_;
     std::vector<std::array<Eigen::Vector2d, 3>> uv_;
@@ -96,11 +95,10 @@ void Builder::start_from_grid(int cells) {
     const int n = cells;
     // Vertices: model vertices, then n - 1 on each curve, then the inside of each patch.
     const int first_on_curves = static_cast<int>(model_.vertices().size());
-    for (const ModelVertex& v : model_.vertices()) points_.push_back(v.point), pole_.push_back(v.pole);
+    for (const ModelVertex& v : model_.vertices()) points_.push_back(v.point);
     for (int c = 0; c < static_cast<int>(model_.curves().size()); ++c)
         for (int i = 1; i < n; ++i) {
             points_.push_back(model_.position(model_.on_curve(c, 0, static_cast<double>(i) / n)));
-            pole_.push_back(false);
         }
     const auto curve_vertex = [&](int c, int i) { return first_on_curves + c * (n - 1) + i - 1; };
     for (int p = 0; p < model_.num_patches(); ++p) {
@@ -121,7 +119,6 @@ void Builder::start_from_grid(int cells) {
             for (int i = 1; i < n; ++i) {
                 id[j * (n + 1) + i] = static_cast<int>(points_.size());
                 points_.push_back(model_.patch(p).position(uniform(i, j)));
-                pole_.push_back(false);
             }
         for (int s = 0; s < 4; ++s) {
             const auto side = static_cast<Side>(s);
@@ -166,11 +163,9 @@ void Builder::start_from_grid(int cells) {
     for (std::size_t v = 0; v < points_.size(); ++v)
         if (renumber[v] == 0) {
             renumber[v] = used;
-            points_[used] = points_[v];
-            pole_[used++] = pole_[v];
+            points_[used++] = points_[v];
         }
     points_.resize(used);
-    pole_.resize(used);
     for (Triangle& t : triangles)
         for (int& v : t) v = renumber[v];
     mesh_ = Connectivity(used, triangles);
@@ -197,27 +192,32 @@ void Builder::start_from(const Background& background, std::span<const double> s
     patch_ = background.patch;
     uv_ = background.uv;
     mesh_ = Connectivity(static_cast<int>(points_.size()), triangles_of(background.mesh));
-    pole_.assign(points_.size(), false);
     tag_curves();
-    // A vertex is a pole where one of its corners lies on a collapsed side.
-    for (int t = 0; t < mesh_.num_triangles(); ++t)
-        for (int k = 0; k < 3; ++k)
-            for (int s = 0; s < 4; ++s) {
-                const auto side = static_cast<Side>(s);
-                if (model_.curves()[model_.side_curve(patch_[t], side).curve].kind == CurveKind::Pole &&
-                    on_side(frame_of(model_.patch(patch_[t]).domain(), side), uv_[t][k]))
-                    pole_[mesh_.origin(3 * t + k)] = true;
-            }
+}
+
+// Parameters of the ends of h in its triangle. A pole is a whole side of parameters: it is approached along the other end's own line.
+std::array<Eigen::Vector2d, 2> Builder::parameters_of(int h) const {
+    const int t = h / 3, k = h % 3;
+    Eigen::Vector2d a = uv_[t][k], b = uv_[t][(k + 1) % 3];
+    for (int s = 0; s < 4; ++s) {
+        const auto side = static_cast<Side>(s);
+        if (model_.curves()[model_.side_curve(patch_[t], side).curve].kind != CurveKind::Pole) continue;
+        const SideFrame frame = frame_of(model_.patch(patch_[t]).domain(), side);
+        if (on_side(frame, a)) a[frame.along] = b[frame.along];
+        else if (on_side(frame, b)) b[frame.along] = a[frame.along];
+    }
+    return {a, b};
 }
 
 // Which use of the curve the triangle side of h is: the one whose side holds both ends.
 int Builder::use_of(int h, int curve) const {
-    const int t = h / 3, k = h % 3;
+    const int patch = patch_[h / 3];
+    const auto [a, b] = parameters_of(h);
     const auto& uses = model_.curves()[curve].uses;
     for (int use = 0; use < static_cast<int>(uses.size()); ++use) {
-        if (uses[use].patch != patch_[t]) continue;
-        const SideFrame frame = frame_of(model_.patch(patch_[t]).domain(), uses[use].side);
-        if (on_side(frame, uv_[t][k]) && on_side(frame, uv_[t][(k + 1) % 3])) return use;
+        if (uses[use].patch != patch) continue;
+        const SideFrame frame = frame_of(model_.patch(patch).domain(), uses[use].side);
+        if (on_side(frame, a) && on_side(frame, b)) return use;
     }
     return -1;
 }
@@ -243,8 +243,8 @@ int Builder::longest_edge(int t) const {
 
 // Middle of the edge in the parameters of its own triangle.
 SurfacePoint Builder::middle_of(int h) const {
-    const int t = h / 3, k = h % 3, curve = mesh_.tag(h);
-    Eigen::Vector2d a = uv_[t][k], b = uv_[t][(k + 1) % 3];
+    const int t = h / 3, curve = mesh_.tag(h);
+    const auto [a, b] = parameters_of(h);
     if (curve >= 0) {
         const int use = use_of(h, curve);
         const Side side = model_.curves()[curve].uses[use].side;
@@ -252,14 +252,6 @@ SurfacePoint Builder::middle_of(int h) const {
         const double t0 = model_.curve_parameter(patch_[t], side, side_parameter(frame, a));
         const double t1 = model_.curve_parameter(patch_[t], side, side_parameter(frame, b));
         return model_.on_curve(curve, use, (t0 + t1) / 2);
-    }
-    // A pole is a whole side of parameters: approach it along the other end's own line.
-    for (int s = 0; s < 4; ++s) {
-        const auto side = static_cast<Side>(s);
-        if (model_.curves()[model_.side_curve(patch_[t], side).curve].kind != CurveKind::Pole) continue;
-        const SideFrame frame = frame_of(model_.patch(patch_[t]).domain(), side);
-        if (on_side(frame, a)) a[frame.along] = b[frame.along];
-        else if (on_side(frame, b)) b[frame.along] = a[frame.along];
     }
     return {patch_[t], (a + b) / 2};
 }
@@ -294,7 +286,6 @@ void Builder::bisect(int h) {
     sizes_.push_back(size_on_edge(h, middle));
     // One position for both sides: that of the curve's first use.
     points_.push_back(curve >= 0 && use_of(h, curve) == 1 ? model_.position(beyond) : model_.position(middle));
-    pole_.push_back(false);
     mesh_.split(h);
     const auto cut = [&](int side, const Eigen::Vector2d& uv) {
         // a b c became a m c, and m b c was added.

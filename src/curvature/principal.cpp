@@ -1,7 +1,5 @@
 #include "gradus/curvature/principal.hpp"
 
-#include "gradus/surface/unit_normal.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -10,6 +8,8 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+
+#include "gradus/surface/unit_normal.hpp"
 
 namespace gradus {
 namespace {
@@ -120,7 +120,8 @@ double minimal_radius(const ParametricSurface& surface, const Vector2d& uv) {
 
 void minimal_radii(const ParametricSurface& surface, std::span<const Vector2d> uv, std::span<double> radii) {
     if (uv.size() != radii.size())
-        throw std::invalid_argument("minimal_radii: " + std::to_string(radii.size()) + " radii for " + std::to_string(uv.size()) + " places");
+        throw std::invalid_argument("minimal_radii: " + std::to_string(radii.size()) + " radii for " + std::to_string(uv.size()) +
+                                    " places");
     const Domain domain = surface.domain();
     constexpr std::size_t batch = 64;
     std::array<Jet2, batch> jets;

@@ -1,12 +1,13 @@
 #include "gradus/curvature/principal.hpp"
 
-#include "support/models.hpp"
-
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <random>
+
+#include "support/models.hpp"
 
 using namespace gradus;
 using Eigen::Vector2d;
@@ -103,7 +104,9 @@ TEST_CASE("Graphs have the curvature of their second derivatives at a level poin
     // z = (a x^2 + 2 b x y + c y^2) / 2 over [-1, 1]^2 as a biquadratic net.
     const double a = 1.5, b = 0.7, c = -0.4;
     BezierNet net{2, 2, {}, {}};
-    const auto blossom = [&](double x1, double x2, double y1, double y2) { return (a * x1 * x2 + b * (x1 + x2) * (y1 + y2) / 2 + c * y1 * y2) / 2; };
+    const auto blossom = [&](double x1, double x2, double y1, double y2) {
+        return (a * x1 * x2 + b * (x1 + x2) * (y1 + y2) / 2 + c * y1 * y2) / 2;
+    };
     for (int j = 0; j < 3; ++j)
         for (int i = 0; i < 3; ++i)
             net.points.emplace_back(i - 1, j - 1, blossom(i == 2 ? 1 : -1, i == 0 ? -1 : 1, j == 2 ? 1 : -1, j == 0 ? -1 : 1));
@@ -144,7 +147,8 @@ TEST_CASE("Curvature does not depend on the parametrisation, and scales", "[curv
         Eigen::Matrix2d A;  // sheared and stretched by 1000
         A << 1, 0.5, 0, 1e-3;
         const Vector2d x = A.inverse() * uv;
-        const PrincipalCurvatures sheared = principal_curvatures(*reparametrise(make_bezier_patch(net), A, {0, 0}, {{-1000, 0}, {1000, 1000}}), x);
+        const PrincipalCurvatures sheared =
+            principal_curvatures(*reparametrise(make_bezier_patch(net), A, {0, 0}, {{-1000, 0}, {1000, 1000}}), x);
         CHECK(sheared.k1 == Approx(k.k1).margin(1e-7));
         CHECK(sheared.k2 == Approx(k.k2).margin(1e-7));
         CHECK(sheared.normal.isApprox(k.normal, 1e-9));

@@ -1,13 +1,13 @@
 #include "gradus/io/patch_files.hpp"
 
-#include "support/models.hpp"
-
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <random>
 #include <string>
+
+#include "support/models.hpp"
 
 using namespace gradus;
 
@@ -79,7 +79,8 @@ TEST_CASE("Patches written are read back to the bit", "[io][property]") {
 }
 
 TEST_CASE("The usual layouts are told apart", "[io][exact]") {
-    const PatchFile mixed = read_text("# a\n#b\r\n\n2 # count\r\n" + plane + "2 1\n0, 0, 0, 1\n1 0 0 .5\n2 0 0 1\n0 1 0 +1\n1 1 0 5e-1\n2 1 0 1");
+    const PatchFile mixed =
+        read_text("# a\n#b\r\n\n2 # count\r\n" + plane + "2 1\n0, 0, 0, 1\n1 0 0 .5\n2 0 0 1\n0 1 0 +1\n1 1 0 5e-1\n2 1 0 1");
     CHECK(mixed.origin == "a\nb\ncount");
     REQUIRE(mixed.nets.size() == 2);
     CHECK(mixed.nets[0].degree_u == 1);

@@ -1,9 +1,9 @@
 /// Derivatives by central differences, the oracle for jets.
 #pragma once
 
-#include "gradus/surface/parametric_surface.hpp"
-
 #include <catch2/catch.hpp>
+
+#include "gradus/surface/parametric_surface.hpp"
 
 namespace gradus {
 

@@ -77,7 +77,8 @@ std::array<double, 25> product(const std::array<double, 9>& a, const std::array<
     for (int i = 0; i < 9; ++i)
         for (int j = 0; j < 9; ++j) {
             const int x = i % 3 + j % 3, y = i / 3 + j / 3;
-            c[5 * y + x] += a[i] * b[j] * binomial(2, i % 3) * binomial(2, j % 3) / binomial(4, x) * binomial(2, i / 3) * binomial(2, j / 3) / binomial(4, y);
+            c[5 * y + x] += a[i] * b[j] * binomial(2, i % 3) * binomial(2, j % 3) / binomial(4, x) * binomial(2, i / 3) *
+                            binomial(2, j / 3) / binomial(4, y);
         }
     return c;
 }
@@ -248,7 +249,8 @@ Nets sphere_cube(double radius) {
     // The face around +z, projected from the south pole to the plane, is bounded by four arcs of circles of radius sqrt(2) around
     // (-1, 0) and so on, of half angle 15 degrees. A biquadratic (X, Y, W) with these arcs as sides, put into the inverse
     // projection (2 X W, 2 Y W, W^2 - X^2 - Y^2) / (X^2 + Y^2 + W^2), is a patch of degree 4.
-    const double a = 1 / (1 + std::sqrt(3.0)), cosine = std::cos(pi / 12), b = std::sqrt(2.0) - cosine;  // b: tangents meet, times the weight
+    const double a = 1 / (1 + std::sqrt(3.0)), cosine = std::cos(pi / 12),
+                 b = std::sqrt(2.0) - cosine;  // b: tangents meet, times the weight
     const std::array<double, 9> X{-a, 0, a, -b, 0, b, -a, 0, a}, Y{-a, -b, -a, 0, 0, 0, a, b, a};
     const std::array<double, 9> W{1, cosine, 1, cosine, cosine * cosine, cosine, 1, cosine, 1};
     const std::array<double, 25> XX = product(X, X), YY = product(Y, Y), WW = product(W, W), XW = product(X, W), YW = product(Y, W);

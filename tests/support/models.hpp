@@ -1,14 +1,14 @@
 /// Models that tests share: surfaces of patches with known shape, topology and orientation.
 #pragma once
 
+#include <functional>
+#include <memory>
+#include <vector>
+
 #include "gradus/io/patch_files.hpp"
 #include "gradus/surface/analytic.hpp"
 #include "gradus/surface/bezier_patch.hpp"
 #include "gradus/surface/patch_model.hpp"
-
-#include <functional>
-#include <memory>
-#include <vector>
 
 namespace gradus::models {
 
@@ -51,8 +51,8 @@ BezierNet sliver(double aspect = 1e4, double length = 1);
 Nets wavy_sheet(int n, double amplitude = 0.1);
 /// Two flat unit squares hinged on the y axis, meeting at `angle` (0: coplanar) radians between their normals.
 Nets hinge(double angle);
-/// A bicubic patch over [0, 1]^2 and a patch of degree (5, 1) over [-1, 0] x [0, 1]: they share the curve x = 0, a cubic whose control points
-/// the second has raised to degree 5 (and runs along it as its u).
+/// A bicubic patch over [0, 1]^2 and a patch of degree (5, 1) over [-1, 0] x [0, 1]: they share the curve x = 0, a cubic whose control
+/// points the second has raised to degree 5 (and runs along it as its u).
 Nets mixed_degrees();
 /// Two squares sharing the straight side x = 0, on which their parametrisations differ (uniform and y = v^2-like).
 Nets differing_parameters();
@@ -72,9 +72,9 @@ Nets cylinder(double radius = 1, double height = 2);
 
 // -- One analytic patch glued to itself ----------------------------------------------------------------------------------------
 
-PatchModel sphere_with_seam(double radius = 1);                        ///< one seam, two poles
-PatchModel torus_with_seams(double major = 2, double minor = 0.5);     ///< two seams, one vertex, no boundary
-PatchModel cylinder_with_seam(double radius = 1, double height = 2);   ///< one seam, two closed boundaries
+PatchModel sphere_with_seam(double radius = 1);                       ///< one seam, two poles
+PatchModel torus_with_seams(double major = 2, double minor = 0.5);    ///< two seams, one vertex, no boundary
+PatchModel cylinder_with_seam(double radius = 1, double height = 2);  ///< one seam, two closed boundaries
 /// A sphere whose parameter u is 1 / stretch of the longitude, so that |S_u| / |S_v| = stretch on the equator.
 Patch stretched_sphere(double stretch = 1000, double radius = 1);
 

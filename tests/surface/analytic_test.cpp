@@ -1,10 +1,10 @@
 #include "gradus/surface/analytic.hpp"
 
-#include "support/jets.hpp"
-#include "support/models.hpp"
-
 #include <catch2/catch.hpp>
 #include <random>
+
+#include "support/jets.hpp"
+#include "support/models.hpp"
 
 using namespace gradus;
 using Eigen::Vector2d;

@@ -1,11 +1,11 @@
 #include "gradus/surface/bezier_patch.hpp"
 
-#include "support/jets.hpp"
-#include "support/models.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
+
+#include "support/jets.hpp"
+#include "support/models.hpp"
 
 using namespace gradus;
 using Eigen::Vector2d;
@@ -147,7 +147,8 @@ TEST_CASE("Rational patches are exactly round", "[surface][exact]") {
     std::uniform_real_distribution<double> in(0, 1);
     for (const models::Nets& nets : {models::sphere_octants(2), models::sphere_cube(2)})
         for (const BezierNet& net : nets)
-            for (int k = 0; k < 10; ++k) CHECK(make_bezier_patch(net)->position({in(random), in(random)}).norm() == Approx(2).epsilon(1e-14));
+            for (int k = 0; k < 10; ++k)
+                CHECK(make_bezier_patch(net)->position({in(random), in(random)}).norm() == Approx(2).epsilon(1e-14));
     for (const BezierNet& net : models::torus(3, 1)) {
         const Vector3d p = make_bezier_patch(net)->position({in(random), in(random)});
         CHECK(std::hypot(p.head<2>().norm() - 3, p.z()) == Approx(1).epsilon(1e-14));

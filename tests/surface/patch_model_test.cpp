@@ -1,12 +1,12 @@
 #include "gradus/surface/patch_model.hpp"
 
-#include "support/models.hpp"
-
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
 #include <random>
+
+#include "support/models.hpp"
 
 using namespace gradus;
 using Eigen::Vector2d;
@@ -31,7 +31,8 @@ double total_length(const PatchModel& model, CurveKind kind) {
 
 /// Vertices - edges + faces. Poles count as neither edge nor curve: their side is a point.
 int euler_characteristic(const PatchModel& model) {
-    return static_cast<int>(model.vertices().size()) - (static_cast<int>(model.curves().size()) - count(model, CurveKind::Pole)) + model.num_patches();
+    return static_cast<int>(model.vertices().size()) - (static_cast<int>(model.curves().size()) - count(model, CurveKind::Pole)) +
+           model.num_patches();
 }
 
 /// Volume enclosed by outward orientation, by the midpoint rule.
@@ -82,7 +83,8 @@ void check_consistent(const PatchModel& model, double gap) {
                     const SideUse& at = curve.uses[use];
                     const bool along_u = at.side == Side::Bottom || at.side == Side::Top;
                     const Domain d = model.patch(at.patch).domain();
-                    const double s = along_u ? (other.uv.x() - d.min.x()) / (d.max.x() - d.min.x()) : (other.uv.y() - d.min.y()) / (d.max.y() - d.min.y());
+                    const double s = along_u ? (other.uv.x() - d.min.x()) / (d.max.x() - d.min.x())
+                                             : (other.uv.y() - d.min.y()) / (d.max.y() - d.min.y());
                     CHECK(model.curve_parameter(at.patch, at.side, s) == Approx(t).margin(1e-6));
                 }
             }
@@ -156,7 +158,8 @@ TEST_CASE("The teapot is the same model in any parametrisation, size and place",
         }
     }
     const Eigen::AngleAxisd turn(1.0, Vector3d(1, 2, 3).normalized());
-    const PatchModel moved = models::model_of(models::mapped(models::teapot_nets(), [&](const Vector3d& p) -> Vector3d { return turn * p + Vector3d(100, 0, 0); }));
+    const PatchModel moved = models::model_of(
+        models::mapped(models::teapot_nets(), [&](const Vector3d& p) -> Vector3d { return turn * p + Vector3d(100, 0, 0); }));
     CHECK(moved.num_components() == 4);
     CHECK(moved.curves().size() == reference.curves().size());
     CHECK(count(moved, CurveKind::Crease) == 0);
@@ -268,13 +271,15 @@ TEST_CASE("Sides within the tolerance are glued, farther ones not", "[surface]")
 
 TEST_CASE("Parts that only touch stay apart", "[surface][exact]") {
     models::Nets nets = models::cube();
-    for (const BezierNet& net : models::cube()) nets.push_back(models::mapped({net}, [](const Vector3d& p) -> Vector3d { return p + Vector3d(1, 1, 1); })[0]);
+    for (const BezierNet& net : models::cube())
+        nets.push_back(models::mapped({net}, [](const Vector3d& p) -> Vector3d { return p + Vector3d(1, 1, 1); })[0]);
     const PatchModel model = models::model_of(nets);
     CHECK(model.num_components() == 2);
     CHECK(model.vertices().size() == 16);
     // A sphere with a smaller one that shares its pole.
     models::Nets spheres = models::sphere_octants(1);
-    for (const BezierNet& net : models::mapped(models::sphere_octants(0.5), [](const Vector3d& p) -> Vector3d { return p + Vector3d(0, 0, 0.5); }))
+    for (const BezierNet& net :
+         models::mapped(models::sphere_octants(0.5), [](const Vector3d& p) -> Vector3d { return p + Vector3d(0, 0, 0.5); }))
         spheres.push_back(net);
     const PatchModel nested = models::model_of(spheres);
     CHECK(nested.num_components() == 2);
@@ -307,14 +312,16 @@ TEST_CASE("Slivers and uneven parametrisations are models like others", "[surfac
 TEST_CASE("Models that are no surface are refused, by number", "[surface]") {
     models::Nets fan = models::hinge(0);
     fan.push_back(models::hinge(1.0)[1]);
-    CHECK_THROWS_WITH(models::model_of(fan), Catch::Contains("three sides share curve") && Catch::Contains("patch 0 right") && Catch::Contains("patch 2 left"));
+    CHECK_THROWS_WITH(models::model_of(fan),
+                      Catch::Contains("three sides share curve") && Catch::Contains("patch 0 right") && Catch::Contains("patch 2 left"));
 
     models::Nets flat = models::hinge(0);
     flat[1].points[3] = flat[1].points[2] = {2, 0, 0};
     flat[1].points[1] = {1, 0, 0};
     flat[1].points[0] = {0, 0, 0};
     CHECK_THROWS_WITH(models::model_of(flat), Catch::Contains("patch 1 has zero area"));
-    CHECK_THROWS_WITH(models::model_of({BezierNet{1, 1, std::vector<Vector3d>(4, Vector3d(1, 2, 3)), {}}}), Catch::Contains("patch 0 has zero area"));
+    CHECK_THROWS_WITH(models::model_of({BezierNet{1, 1, std::vector<Vector3d>(4, Vector3d(1, 2, 3)), {}}}),
+                      Catch::Contains("patch 0 has zero area"));
 
     class Broken final : public ParametricSurface {
       public:

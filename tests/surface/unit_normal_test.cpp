@@ -1,9 +1,9 @@
 #include "gradus/surface/unit_normal.hpp"
 
-#include "support/models.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
+
+#include "support/models.hpp"
 
 using namespace gradus;
 using Eigen::Vector2d;

@@ -1,10 +1,10 @@
 /// Principal curvatures of a parametric surface, from its fundamental forms.
 #pragma once
 
-#include "gradus/surface/parametric_surface.hpp"
-
 #include <Eigen/Core>
 #include <span>
+
+#include "gradus/surface/parametric_surface.hpp"
 
 namespace gradus {
 
