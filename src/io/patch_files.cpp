@@ -191,11 +191,18 @@ PatchFile read_patches(const std::string& path) {
     file.origin = in.take_comment();
     in.require_next("the first patch");
     switch (in.words().size()) {
-        case 2: file.nets = read_with_degrees(in, count); break;
+        case 2:
+            file.nets = read_with_degrees(in, count);
+            break;
         case 3:
-        case 4: file.nets = read_bicubic(in, count); break;
-        case 16: file.nets = read_indexed(in, count, path); break;
-        default: in.fail("neither two degrees, nor a point, nor 16 vertex numbers");
+        case 4:
+            file.nets = read_bicubic(in, count);
+            break;
+        case 16:
+            file.nets = read_indexed(in, count, path);
+            break;
+        default:
+            in.fail("neither two degrees, nor a point, nor 16 vertex numbers");
     }
     if (in.next()) in.fail(fmt::format("text after the last of {} patches", count));
     return file;

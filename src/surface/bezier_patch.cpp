@@ -186,7 +186,8 @@ class GeneralPatch final : public ParametricSurface {
             } else {
                 const Weights b(n_ - 2, v);
                 for (int i = 0; i <= m_; ++i)
-                    qvv[i] = n_ * (n_ - 1) * b.sum([&](int j) -> Point4 { return (net(i, j + 2) - net(i, j + 1)) - (net(i, j + 1) - net(i, j)); });
+                    qvv[i] = n_ * (n_ - 1) *
+                             b.sum([&](int j) -> Point4 { return (net(i, j + 2) - net(i, j + 1)) - (net(i, j + 1) - net(i, j)); });
             }
         }
 

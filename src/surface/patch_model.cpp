@@ -1,18 +1,19 @@
 #include "gradus/surface/patch_model.hpp"
 
-#include "gradus/surface/unit_normal.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "gradus/surface/unit_normal.hpp"
+#include "side_trace.hpp"
 
 namespace gradus {
 namespace {
@@ -20,23 +21,13 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Pieces a side is sampled at: enough that two curves of degree 25 that agree at the samples agree between them.
-constexpr int side_pieces = 32;
-
 // A component whose boundary can be capped by less than this share of its own area encloses a volume worth speaking of.
 constexpr double largest_cap = 0.75;
-
-// Gauss-Legendre, 5 points, on [0, 1].
-constexpr std::array<double, 5> gauss_points{0.04691007703066800, 0.23076534494715845, 0.5, 0.76923465505284155, 0.95308992296933200};
-constexpr std::array<double, 5> gauss_weights{0.11846344252809454, 0.23931433524968324, 0.28444444444444444, 0.23931433524968324,
-                                              0.11846344252809454};
 
 const char* name_of(Side side) {
     constexpr std::array<const char*, 4> names{"bottom", "right", "top", "left"};
     return names[static_cast<int>(side)];
 }
-
-bool along_u(Side side) { return side == Side::Bottom || side == Side::Top; }
 
 /// Whether the side runs counter-clockwise around the domain.
 bool counter_clockwise(Side side) { return side == Side::Bottom || side == Side::Right; }
@@ -47,52 +38,11 @@ std::array<int, 2> corners_of(Side side) {
     return corners[static_cast<int>(side)];
 }
 
-/// Exact at both ends, and for [0, 1] everywhere.
-double interpolate(double low, double high, double s) { return (1 - s) * low + s * high; }
-
 Vector2d corner_uv(const Domain& d, int corner) {
     return {corner == 1 || corner == 2 ? d.max.x() : d.min.x(), corner >= 2 ? d.max.y() : d.min.y()};
 }
 
-Vector2d side_uv(const Domain& d, Side side, double s) {
-    if (along_u(side)) return {s == 1 ? d.max.x() : interpolate(d.min.x(), d.max.x(), s), side == Side::Bottom ? d.min.y() : d.max.y()};
-    return {side == Side::Left ? d.min.x() : d.max.x(), s == 1 ? d.max.y() : interpolate(d.min.y(), d.max.y(), s)};
-}
-
-/// A side as a curve over s in [0, 1].
-struct SideCurveView {
-    const ParametricSurface* surface;
-    Side side;
-
-    Vector3d point(double s) const { return surface->position(side_uv(surface->domain(), side, s)); }
-    Vector3d derivative(double s) const {
-        const Domain d = surface->domain();
-        const Jet1 jet = surface->jet1(side_uv(d, side, s));
-        return along_u(side) ? Vector3d(jet.du * (d.max.x() - d.min.x())) : Vector3d(jet.dv * (d.max.y() - d.min.y()));
-    }
-};
-
-// -- Lengths, areas ------------------------------------------------------------------------------------------------------------
-
-double gauss_length(const SideCurveView& curve, double from, double to) {
-    double sum = 0;
-    for (int k = 0; k < 5; ++k) sum += gauss_weights[k] * curve.derivative(interpolate(from, to, gauss_points[k])).norm();
-    return sum * (to - from);
-}
-
-/// Halves an interval until both halves agree with the whole to 1e-10 of the curve.
-double adaptive_length(const SideCurveView& curve, double from, double to, double whole, double tolerance, int depth) {
-    const double middle = (from + to) / 2;
-    const double left = gauss_length(curve, from, middle), right = gauss_length(curve, middle, to);
-    if (depth == 0 || std::abs(left + right - whole) <= tolerance) return left + right;
-    return adaptive_length(curve, from, middle, left, tolerance, depth - 1) + adaptive_length(curve, middle, to, right, tolerance, depth - 1);
-}
-
-double length_of(const SideCurveView& curve) {
-    const double rough = gauss_length(curve, 0, 1);
-    constexpr int depth = 12;  // a cusp inside costs accuracy only in an interval of 1/4096
-    return adaptive_length(curve, 0, 1, rough, 1e-10 * rough, depth);
-}
+// -- Areas, volumes ------------------------------------------------------------------------------------------------------------
 
 struct PatchIntegrals {
     double area = 0;
@@ -116,46 +66,10 @@ PatchIntegrals integrate(const ParametricSurface& patch, const Vector3d& apex) {
     return result;
 }
 
-// -- Closest points on a side --------------------------------------------------------------------------------------------------
-
-/// Parameter in [low, high] of the point of the curve closest to p, when the distance has one minimum there:
-/// Newton's method on (C - p) . C' with the curvature of C left out, kept inside a shrinking bracket by bisection.
-double closest_between(const SideCurveView& curve, const Vector3d& p, double low, double high) {
-    double s = (low + high) / 2;
-    for (int step = 0; step < 100 && high - low > 1e-15; ++step) {
-        const Vector3d c = curve.derivative(s);
-        const double slope = (curve.point(s) - p).dot(c);
-        if (slope == 0) break;
-        (slope > 0 ? high : low) = s;
-        const double square = c.squaredNorm();
-        const double newton = square > 0 ? s - slope / square : low - 1;
-        const double next = newton > low && newton < high ? newton : (low + high) / 2;
-        if (std::abs(next - s) < 1e-16) break;
-        s = next;
-    }
-    return s;
-}
-
-/// Closest point of the curve with parameter in [low, high], by samples first.
-double closest_from(const SideCurveView& curve, const Vector3d& p, double low, double high) {
-    double best = low, best_distance = (curve.point(low) - p).norm();
-    for (int k = 1; k <= side_pieces; ++k) {
-        const double s = interpolate(low, high, static_cast<double>(k) / side_pieces);
-        const double distance = (curve.point(s) - p).norm();
-        if (distance < best_distance) {
-            best = s;
-            best_distance = distance;
-        }
-    }
-    const double step = (high - low) / side_pieces;
-    const double s = closest_between(curve, p, std::max(low, best - step), std::min(high, best + step));
-    return (curve.point(s) - p).norm() < best_distance ? s : best;
-}
-
 // -- Sides and which of them coincide ------------------------------------------------------------------------------------------
 
 struct SampledSide {
-    SideCurveView curve;
+    SideTrace curve;
     int patch = -1;
     std::array<Vector3d, side_pieces + 1> points;
     bool pole = false;
@@ -196,7 +110,10 @@ std::optional<std::vector<double>> follow(const SampledSide& a, const SampledSid
     double last = reversed ? 1 : 0;
     for (int k = 0; k <= side_pieces; ++k) {
         const bool end = k == side_pieces;
-        if (k > 0) last = end ? (reversed ? 0.0 : 1.0) : reversed ? closest_from(b.curve, a.points[k], 0, last) : closest_from(b.curve, a.points[k], last, 1);
+        if (k > 0)
+            last = end        ? (reversed ? 0.0 : 1.0)
+                   : reversed ? closest_from(b.curve, a.points[k], 0, last)
+                              : closest_from(b.curve, a.points[k], last, 1);
         if ((b.curve.point(last) - a.points[k]).norm() > tolerance) return std::nullopt;
         table[k] = last;
     }
@@ -214,14 +131,17 @@ std::optional<Match> match(const SampledSide& a, const SampledSide& b, double to
         if (ends_agree(a, b, reversed, tolerance) && samples_agree(a, b, reversed, tolerance)) return Match{reversed, true, {}};
     for (const bool reversed : {false, true})
         if (ends_agree(a, b, reversed, tolerance))
-            if (std::optional<std::vector<double>> table = follow(a, b, reversed, tolerance)) return Match{reversed, false, std::move(*table)};
+            if (std::optional<std::vector<double>> table = follow(a, b, reversed, tolerance))
+                return Match{reversed, false, std::move(*table)};
     return std::nullopt;
 }
 
 /// Finds sides whose ends coincide in either order: by the cell of a grid in which the middle between both ends lies.
 class EndIndex {
   public:
-    explicit EndIndex(double tolerance) : cell_(4 * tolerance) {}
+    /// @param diagonal  of the model: cells are not smaller than what numbers of that size can tell apart
+    EndIndex(double tolerance, double diagonal, const Vector3d& origin)
+        : cell_(std::max(4 * tolerance, 1e-14 * diagonal)), origin_(origin) {}
 
     void insert(int side, const SampledSide& s) { cells_[cell_of(middle(s))].push_back(side); }
 
@@ -242,11 +162,13 @@ class EndIndex {
     using Cell = std::array<std::int64_t, 3>;
     static Vector3d middle(const SampledSide& s) { return (s.points.front() + s.points.back()) / 2; }
     Cell cell_of(const Vector3d& p) const {
-        return {static_cast<std::int64_t>(std::floor(p.x() / cell_)), static_cast<std::int64_t>(std::floor(p.y() / cell_)),
-                static_cast<std::int64_t>(std::floor(p.z() / cell_))};
+        const Vector3d x = (p - origin_) / cell_;
+        return {static_cast<std::int64_t>(std::floor(x.x())), static_cast<std::int64_t>(std::floor(x.y())),
+                static_cast<std::int64_t>(std::floor(x.z()))};
     }
 
     double cell_;
+    Vector3d origin_;
     std::map<Cell, std::vector<int>> cells_;
 };
 
@@ -293,6 +215,7 @@ struct PatchModel::Builder {
     PatchModel& model;
     const GlueOptions& options;
     double tolerance = 0;  // absolute
+    Vector3d low_corner{0, 0, 0};
 
     void check_options() const {
         if (!(options.tolerance > 0)) throw std::invalid_argument("PatchModel: tolerance must be positive");
@@ -323,7 +246,9 @@ struct PatchModel::Builder {
             low = low.cwiseMin(patch_low);
             high = high.cwiseMax(patch_high);
         }
-        model.diagonal_ = model.num_patches() > 0 ? (high - low).norm() : 0;
+        if (model.num_patches() == 0) return;
+        model.diagonal_ = (high - low).norm();
+        low_corner = low;
         tolerance = options.tolerance * model.diagonal_;
     }
 
@@ -331,7 +256,7 @@ struct PatchModel::Builder {
         model.side_curves_.resize(4 * model.num_patches());
         std::vector<SampledSide> sides;
         sides.reserve(4 * model.num_patches());
-        EndIndex index(tolerance);
+        EndIndex index(tolerance, model.diagonal_, low_corner);
         std::vector<int> first_side;  // of each curve
         for (int k = 0; k < 4 * model.num_patches(); ++k) {
             const int patch = k / 4;
@@ -498,7 +423,7 @@ struct PatchModel::Builder {
     void for_each_boundary_piece(const std::vector<int>& loop, const Visit& visit) const {
         for (const int c : loop) {
             const SideUse& use = model.curves_[c].uses[0];
-            const SideCurveView curve{&model.patch(use.patch), use.side};
+            const SideTrace curve{&model.patch(use.patch), use.side};
             const bool forward = runs_counter_clockwise(use) != static_cast<bool>(model.flipped_[use.patch]);
             for (int k = 0; k < side_pieces; ++k) {
                 const Vector3d a = curve.point(static_cast<double>(k) / side_pieces), b = curve.point((k + 1.0) / side_pieces);
@@ -513,8 +438,8 @@ struct PatchModel::Builder {
             if (curve.uses.size() != 2) continue;
             for (int k = 0; k <= side_pieces; ++k) {
                 const double t = static_cast<double>(k) / side_pieces;
-                curve.largest_angle =
-                    std::max(curve.largest_angle, angle_between(model.normal(model.on_curve(c, 0, t)), model.normal(model.on_curve(c, 1, t))));
+                curve.largest_angle = std::max(curve.largest_angle,
+                                               angle_between(model.normal(model.on_curve(c, 0, t)), model.normal(model.on_curve(c, 1, t))));
             }
             curve.kind = curve.largest_angle >= options.crease_angle ? CurveKind::Crease : CurveKind::Smooth;
         }
@@ -538,10 +463,8 @@ SurfacePoint PatchModel::on_curve(int curve, int use, double t) const {
     const SideUse& at = curves_[curve].uses[use];
     // Rounded so that 1 - t is exact, too: both uses are then evaluated at the same places to the bit.
     double s = 1 - (1 - t);
-    if (use == 1 && !curves_[curve].same_parameter)
-        s = follow_match(curve, 0, s);
-    else if (at.reversed)
-        s = 1 - s;
+    if (use == 1 && !curves_[curve].same_parameter) s = follow_match(curve, 0, s);
+    else if (at.reversed) s = 1 - s;
     return {at.patch, side_uv(patch(at.patch).domain(), at.side, s)};
 }
 
@@ -567,7 +490,7 @@ double PatchModel::follow_match(int curve, int use, double s) const {
     }
     const double a = use == 0 ? table[k] : static_cast<double>(k) / side_pieces;
     const double b = use == 0 ? table[k + 1] : (k + 1.0) / side_pieces;
-    const Vector3d p = SideCurveView{&patch(from.patch), from.side}.point(s);
+    const Vector3d p = SideTrace{&patch(from.patch), from.side}.point(s);
     return closest_between({&patch(to.patch), to.side}, p, std::min(a, b), std::max(a, b));
 }
 

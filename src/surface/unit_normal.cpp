@@ -27,6 +27,15 @@ Eigen::Vector3d extrapolate_normal(const ParametricSurface& surface, const Eigen
     return n[steps - 1].normalized();
 }
 
+/// What way_out_of_degeneracy decides, a little more strictly and without roots: nearly every place passes.
+bool surely_ordinary(const Jet2& jet, double eu, double ev, double threshold) {
+    const double u2 = jet.du.squaredNorm() * eu * eu, v2 = jet.dv.squaredNorm() * ev * ev, limit = threshold * threshold;
+    const double change_uv = jet.duv.squaredNorm() * eu * eu * ev * ev;
+    return u2 > 2 * limit * (jet.duu.squaredNorm() * eu * eu * eu * eu + change_uv) &&
+           v2 > 2 * limit * (jet.dvv.squaredNorm() * ev * ev * ev * ev + change_uv) &&
+           jet.du.cross(jet.dv).squaredNorm() * eu * eu * ev * ev > limit * u2 * v2;
+}
+
 /// The quick test: derivatives of comparable length that are not parallel. Comparable is generous: stretched is not degenerate.
 bool clearly_regular(const Jet1& jet, const Eigen::Vector3d& cross, const Eigen::Vector2d& extent) {
     const double u2 = jet.du.squaredNorm() * extent.x() * extent.x(), v2 = jet.dv.squaredNorm() * extent.y() * extent.y();
@@ -38,6 +47,7 @@ bool clearly_regular(const Jet1& jet, const Eigen::Vector3d& cross, const Eigen:
 
 std::optional<Eigen::Vector2d> way_out_of_degeneracy(const Domain& domain, const Eigen::Vector2d& uv, const Jet2& jet, double threshold) {
     const double eu = domain.max.x() - domain.min.x(), ev = domain.max.y() - domain.min.y();
+    if (surely_ordinary(jet, eu, ev, threshold)) return std::nullopt;
     const double u = jet.du.norm() * eu, v = jet.dv.norm() * ev;
     const double uv_change = jet.duv.norm() * eu * ev;
     const bool no_u = u <= threshold * (jet.duu.norm() * eu * eu + uv_change);
@@ -45,9 +55,9 @@ std::optional<Eigen::Vector2d> way_out_of_degeneracy(const Domain& domain, const
     const bool parallel = jet.du.cross(jet.dv).norm() * eu * ev <= threshold * u * v;
     if (!no_u && !no_v && !parallel) return std::nullopt;
     const double in_u = eu * inwards(uv.x(), domain.min.x(), domain.max.x()), in_v = ev * inwards(uv.y(), domain.min.y(), domain.max.y());
-    // Where only S_u vanishes a side along u may be collapsed: leave it across. Unless S_u does not grow that way.
-    if (no_u && !no_v && uv_change > 1e-3 * v) return Eigen::Vector2d(0, in_v);
-    if (no_v && !no_u && uv_change > 1e-3 * u) return Eigen::Vector2d(in_u, 0);
+    // Along a collapsed side S_uu vanishes with S_u: leave it across. Where it does not, only the corner is degenerate.
+    if (no_u && !no_v && jet.duu.norm() * eu * eu <= 0.1 * uv_change) return Eigen::Vector2d(0, in_v);
+    if (no_v && !no_u && jet.dvv.norm() * ev * ev <= 0.1 * uv_change) return Eigen::Vector2d(in_u, 0);
     return Eigen::Vector2d(in_u, in_v);
 }
 

@@ -1,12 +1,12 @@
 /// Files of Bezier patches.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "gradus/io/error.hpp"
 #include "gradus/surface/bezier_patch.hpp"
 #include "gradus/surface/patch_model.hpp"
-
-#include <string>
-#include <vector>
 
 namespace gradus {
 

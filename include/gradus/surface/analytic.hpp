@@ -1,9 +1,9 @@
 /// Surfaces in closed form: models for tests, primitives, planar domains.
 #pragma once
 
-#include "gradus/surface/parametric_surface.hpp"
-
 #include <memory>
+
+#include "gradus/surface/parametric_surface.hpp"
 
 namespace gradus {
 
@@ -16,7 +16,8 @@ std::unique_ptr<const ParametricSurface> make_plane(const Eigen::Vector3d& origi
 /// @param radius  > 0
 std::unique_ptr<const ParametricSurface> make_sphere(const Eigen::Vector3d& centre, double radius);
 
-/// u: angle around the z axis, v: angle around the tube from the outer equator, both in [0, 2 pi], with seams both ways; S_u x S_v points outward.
+/// u: angle around the z axis, v: angle around the tube from the outer equator, both in [0, 2 pi], with seams both ways; S_u x S_v points
+/// outward.
 /// @param major, minor  radius of the tube's centre line and of the tube, 0 < minor < major
 std::unique_ptr<const ParametricSurface> make_torus(const Eigen::Vector3d& centre, double major, double minor);
 

@@ -1,11 +1,11 @@
 /// Tensor-product Bezier patches of any degree, polynomial or rational, over [0, 1] x [0, 1].
 #pragma once
 
-#include "gradus/surface/parametric_surface.hpp"
-
 #include <array>
 #include <memory>
 #include <vector>
+
+#include "gradus/surface/parametric_surface.hpp"
 
 namespace gradus {
 
@@ -24,7 +24,8 @@ struct BezierNet {
 /// with the same control points (and weights) two patches give bitwise the same positions, in whichever direction u or v it
 /// runs; when it runs the other way, at parameters s and 1 - s of which both are exact (s a multiple of 2^-53).
 /// Polynomial bicubic patches take a path of their own, about 20 ns per first-order jet.
-/// @throws std::invalid_argument for a degree outside [1, max_bezier_degree], a net of the wrong size, values that are not finite, or weights that are not positive
+/// @throws std::invalid_argument for a degree outside [1, max_bezier_degree], a net of the wrong size, values that are not finite, or
+/// weights that are not positive
 std::unique_ptr<const ParametricSurface> make_bezier_patch(BezierNet net);
 
 }  // namespace gradus

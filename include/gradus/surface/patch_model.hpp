@@ -1,12 +1,12 @@
 /// A surface of patches glued along the curves they share.
 #pragma once
 
-#include "gradus/mesh/soup.hpp"
-#include "gradus/surface/parametric_surface.hpp"
-
 #include <array>
 #include <memory>
 #include <vector>
+
+#include "gradus/mesh/soup.hpp"
+#include "gradus/surface/parametric_surface.hpp"
 
 namespace gradus {
 
@@ -46,8 +46,8 @@ struct ModelVertex {
 };
 
 struct GlueOptions {
-    double tolerance = 1e-6;      ///< distance below which boundary curves are the same, relative to the diagonal of the bounding box
-    double crease_angle = 0.2618; ///< angle between the normals from which a shared curve is a crease, radians (15 degrees)
+    double tolerance = 1e-6;       ///< distance below which boundary curves are the same, relative to the diagonal of the bounding box
+    double crease_angle = 0.2618;  ///< angle between the normals from which a shared curve is a crease, radians (15 degrees)
 };
 
 /// Patches with their shared curves. Immutable after construction.

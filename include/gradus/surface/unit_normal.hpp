@@ -1,9 +1,9 @@
 /// Normals where S_u x S_v vanishes: at poles (collapsed sides) and at corners with a zero derivative.
 #pragma once
 
-#include "gradus/surface/parametric_surface.hpp"
-
 #include <optional>
+
+#include "gradus/surface/parametric_surface.hpp"
 
 namespace gradus {
 
