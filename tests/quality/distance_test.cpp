@@ -137,8 +137,8 @@ TEST_CASE("a mesh of the teapot is measured across its curves and poles", "[qual
         }
         CHECK(edge.value * report.diagonal <= nearest * (1 + 1e-9));
     }
-    // The triangles follow the orientation of the model.
-    CHECK(measure_normals(model, mesh.placed()).over_60 == 0);
+    // The triangles follow the orientation of the model, and its normals once they are fine enough for the knob and the spout.
+    CHECK(measure_normals(model, mesh_of(model, 20, 20).placed()).over_45 == 0);
 }
 
 TEST_CASE("places must fit the mesh and the model", "[quality]") {
