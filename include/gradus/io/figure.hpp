@@ -13,7 +13,7 @@ namespace gradus {
 
 struct Panel {
     Image image;
-    std::string title;  ///< above the picture; may be empty
+    std::string title = {};  ///< above the picture; may be empty
 };
 
 struct ComposeOptions {
@@ -31,7 +31,7 @@ Image compose(std::span<const Panel> panels, const ComposeOptions& options = {})
 
 struct ColourBar {
     ColourMap map = ColourMap::Sequential;
-    Range range;
+    Range range = {};
     Scale scale = Scale::Linear;
     std::string title = {};
     double text_size = 14;  ///< height of a capital, pixels

@@ -30,11 +30,11 @@ struct Histogram {
 Histogram count_values(std::span<const double> values, int bins = 40, std::optional<Range> range = {}, Scale scale = Scale::Linear);
 
 struct HistogramStyle {
-    std::string title, x_label;
+    std::string title = {}, x_label = {};
     int width = 800, height = 480;         ///< pixels
     Colour bar = hex(0x4878a8);
-    std::optional<double> greatest_share;  ///< top of the vertical axis, to draw several alike; default: the tallest bar fits
-    std::optional<double> mark;            ///< value with a vertical line: a bound, a mean
+    std::optional<double> greatest_share = {};  ///< top of the vertical axis, to draw several alike; default: the tallest bar fits
+    std::optional<double> mark = {};            ///< value with a vertical line: a bound, a mean
 };
 
 /// Gives two styles the same vertical axis, high enough for the tallest bar of both, unless the left one has its own.

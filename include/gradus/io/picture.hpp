@@ -22,8 +22,8 @@ struct Camera {
     Eigen::Vector3d up{0, 0, 1};                 ///< upright in the picture; another axis is taken if parallel to `direction`
     Projection projection = Projection::Orthographic;
     double view_angle = 20;                 ///< perspective only: angle in degrees, in (0, 120), at which the eye sees the whole mesh
-    std::optional<Eigen::Vector3d> target;  ///< point in the middle of the picture; default: middle of the mesh as projected
-    std::optional<double> width;            ///< length at the target that spans the picture, > 0; default: the mesh fits
+    std::optional<Eigen::Vector3d> target = {};  ///< point in the middle of the picture; default: middle of the mesh as projected
+    std::optional<double> width = {};            ///< length at the target that spans the picture, > 0; default: the mesh fits
     double margin = 0.03;                   ///< free border when the mesh is fitted, fraction of the picture, in [0, 0.5)
 };
 
@@ -34,7 +34,7 @@ struct ScalarField {
     On on = On::Vertices;
     ColourMap map = ColourMap::Sequential;
     Scale scale = Scale::Linear;
-    std::optional<Range> range;  ///< default: that of the values
+    std::optional<Range> range = {};  ///< default: that of the values
     std::string title = {};      ///< of the legend
 };
 
