@@ -60,7 +60,7 @@ Bins sort_into_tiles(const Grid& grid, std::size_t count, const Box& box_of) {
 
 /// Samples of one tile, row by row.
 struct Tile {
-    int x0 = 0, y0 = 0;  ///< its first pixel
+    int x0 = 0, y0 = 0;         ///< its first pixel
     int columns = 0, rows = 0;  ///< samples
     std::vector<double> depth;
     std::vector<Colour> colour;
@@ -274,7 +274,9 @@ Image draw(const Scene& scene) {
         // Near triangles first: what they hide is then not shaded.
         tile.order.clear();
         for (const int t : triangles.of(i)) tile.order.push_back({nearest(scene, t), t});
-        std::ranges::sort(tile.order, [](const Tile::Item& a, const Tile::Item& b) { return std::tie(b.depth, a.triangle) < std::tie(a.depth, b.triangle); });
+        std::ranges::sort(tile.order, [](const Tile::Item& a, const Tile::Item& b) {
+            return std::tie(b.depth, a.triangle) < std::tie(a.depth, b.triangle);
+        });
         for (const Tile::Item& item : tile.order) draw_triangle(scene, item.triangle, tile);
         for (const int l : lines.of(i)) draw_line(scene, scene.lines[l], tile);
         average_into(scene, tile, image);

@@ -12,7 +12,8 @@ TEST_CASE("the sequential map grows lighter in even steps", "[io][property]") {
     CHECK(first < 0.35);
     CHECK(last > 0.85);
     for (int i = 0; i < steps; ++i) {
-        const double a = lightness(colour_at(ColourMap::Sequential, i / 64.0)), b = lightness(colour_at(ColourMap::Sequential, (i + 1) / 64.0));
+        const double a = lightness(colour_at(ColourMap::Sequential, i / 64.0)),
+                     b = lightness(colour_at(ColourMap::Sequential, (i + 1) / 64.0));
         CHECK(b - a == Approx((last - first) / steps).epsilon(0.15));
     }
 }
@@ -21,7 +22,8 @@ TEST_CASE("the diverging map grows darker from the middle to both ends alike", "
     for (int i = 0; i < 32; ++i) {
         const double near = i / 64.0, far = (i + 1) / 64.0;
         for (const double side : {-1.0, 1.0})
-            CHECK(lightness(colour_at(ColourMap::Diverging, 0.5 + side * far)) < lightness(colour_at(ColourMap::Diverging, 0.5 + side * near)));
+            CHECK(lightness(colour_at(ColourMap::Diverging, 0.5 + side * far)) <
+                  lightness(colour_at(ColourMap::Diverging, 0.5 + side * near)));
         CHECK(lightness(colour_at(ColourMap::Diverging, 0.5 + far)) ==
               Approx(lightness(colour_at(ColourMap::Diverging, 0.5 - far))).epsilon(0.01));
     }

@@ -61,7 +61,8 @@ TEST_CASE("a text is as long as announced and stands where it was put", "[io]") 
     int left = image.width, right = 0, top = image.height, bottom = 0;
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x)
-            if (image.at(x, y).g < 0.5f) left = std::min(left, x), right = std::max(right, x + 1), top = std::min(top, y), bottom = std::max(bottom, y + 1);
+            if (image.at(x, y).g < 0.5f)
+                left = std::min(left, x), right = std::max(right, x + 1), top = std::min(top, y), bottom = std::max(bottom, y + 1);
     CHECK(left == Approx(start).margin(2.5));
     CHECK(right == Approx(start + length).margin(2.5));
     CHECK(bottom == Approx(40).margin(2.5));

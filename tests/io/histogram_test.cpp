@@ -41,7 +41,8 @@ TEST_CASE("every value is counted once", "[io][property]") {
         const auto [low, high] = histogram.limits_of(bin);
         // A value at a limit may fall to either side of it by rounding.
         const auto inside = [&](double slack) {
-            return static_cast<std::size_t>(std::ranges::count_if(values, [&](double v) { return v >= low * (1 - slack) && v <= high * (1 + slack); }));
+            return static_cast<std::size_t>(
+                std::ranges::count_if(values, [&](double v) { return v >= low * (1 - slack) && v <= high * (1 + slack); }));
         };
         CHECK(histogram.counts[bin] <= inside(1e-12));
         CHECK(histogram.counts[bin] + 2 >= inside(-1e-12));

@@ -22,7 +22,8 @@ const Camera from_above{.direction = {0, 0, 1}, .up = {0, 1, 0}, .margin = 0};
 
 /// Black surfaces on white, no lines, no light.
 RenderOptions silhouette(int width, int height) {
-    return {.width = width, .height = height, .fill = black, .back_fill = black, .shading = Shading::None, .edge_width = 0, .outline_width = 0};
+    return {
+        .width = width, .height = height, .fill = black, .back_fill = black, .shading = Shading::None, .edge_width = 0, .outline_width = 0};
 }
 
 /// Part of the picture that is dark, in [0, 1].
@@ -244,7 +245,8 @@ TEST_CASE("the target is in the middle and up is up", "[io][exact]") {
     CHECK((pixel_of(*camera.target + 0.05 * right, mesh.view(), camera, options) - Eigen::Vector2d(400, 150)).norm() < 1e-9);
     CHECK(pixel_of(*camera.target + Eigen::Vector3d(0, 0, 0.01), mesh.view(), camera, options).y() < 150);
     // Looking along up is no trouble.
-    CHECK(darkness(render(mesh.view(), {.direction = {0, 0, -2}}, silhouette(100, 100))) == Approx(std::numbers::pi / 4 * 0.94 * 0.94).epsilon(0.02));
+    CHECK(darkness(render(mesh.view(), {.direction = {0, 0, -2}}, silhouette(100, 100))) ==
+          Approx(std::numbers::pi / 4 * 0.94 * 0.94).epsilon(0.02));
 }
 
 TEST_CASE("a picture of nothing is its background", "[io]") {

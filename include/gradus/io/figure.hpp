@@ -1,13 +1,13 @@
 /// Figures put together from pictures.
 #pragma once
 
-#include "gradus/io/colour_map.hpp"
-#include "gradus/io/image.hpp"
-
 #include <Eigen/Core>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "gradus/io/colour_map.hpp"
+#include "gradus/io/image.hpp"
 
 namespace gradus {
 
