@@ -121,7 +121,8 @@ std::vector<double> ticks(const Range& range, Scale scale, int wanted) {
     if (scale == Scale::Logarithmic) {
         const double decades = std::log10(range.high / range.low);
         if (range.low > 0 && decades > 0.7) {
-            const int first = static_cast<int>(std::floor(std::log10(range.low))), last = static_cast<int>(std::ceil(std::log10(range.high)));
+            const int first = static_cast<int>(std::floor(std::log10(range.low))),
+                      last = static_cast<int>(std::ceil(std::log10(range.high)));
             const int step = std::max(1, static_cast<int>(std::lround(decades / std::max(wanted, 1))));
             const auto add = [&](double v) {
                 if (v >= range.low * (1 - slack) && v <= range.high * (1 + slack)) result.push_back(v);

@@ -207,7 +207,9 @@ void cover(Image& image, const std::vector<Polyline>& strokes, double width, con
 void fill_box(Image& image, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const Colour& colour) {
     const int x0 = std::max(0, static_cast<int>(std::floor(low.x()))), x1 = std::min(image.width, static_cast<int>(std::ceil(high.x())));
     const int y0 = std::max(0, static_cast<int>(std::floor(low.y()))), y1 = std::min(image.height, static_cast<int>(std::ceil(high.y())));
-    const auto part = [](double a, double b, int i) { return std::clamp(std::min(b, i + 1.0) - std::max(a, static_cast<double>(i)), 0.0, 1.0); };
+    const auto part = [](double a, double b, int i) {
+        return std::clamp(std::min(b, i + 1.0) - std::max(a, static_cast<double>(i)), 0.0, 1.0);
+    };
     for (int y = y0; y < y1; ++y)
         for (int x = x0; x < x1; ++x) image.blend(x, y, colour, part(low.x(), high.x(), x) * part(low.y(), high.y(), y));
 }

@@ -1,10 +1,10 @@
 #include "gradus/io/figure.hpp"
 
-#include "gradus/io/drawing.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "gradus/io/drawing.hpp"
 
 namespace gradus {
 namespace {

@@ -1,8 +1,5 @@
 #include "gradus/io/histogram.hpp"
 
-#include "gradus/io/drawing.hpp"
-#include "markup.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,15 +7,18 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "gradus/io/drawing.hpp"
+#include "markup.hpp"
+
 namespace gradus {
 namespace {
 
 /// Where a histogram's parts lie, pixels from the left and the top; the same for the picture and the SVG.
 struct Layout {
-    double text = 0;  ///< height of a capital
+    double text = 0;                                  ///< height of a capital
     double left = 0, right = 0, top = 0, bottom = 0;  ///< of the axes
-    Range shares;     ///< vertical axis
-    Range values;     ///< horizontal axis
+    Range shares;                                     ///< vertical axis
+    Range values;                                     ///< horizontal axis
     Scale scale;
 
     double x(double value) const { return left + place_on(values, scale, value) * (right - left); }
@@ -54,7 +54,8 @@ Layout lay_out(const Histogram& histogram, const HistogramStyle& style) {
 
 void check(const HistogramStyle& style) {
     if (style.width < 64 || style.height < 64) throw std::invalid_argument("draw_histogram: picture smaller than 64 x 64");
-    if (style.greatest_share && !(*style.greatest_share > 0)) throw std::invalid_argument("draw_histogram: greatest_share must be positive");
+    if (style.greatest_share && !(*style.greatest_share > 0))
+        throw std::invalid_argument("draw_histogram: greatest_share must be positive");
 }
 
 /// Left and right end of a bar, with a gap that keeps bars apart if they are wide enough for it.
@@ -66,8 +67,8 @@ std::array<double, 2> bar_ends(const Layout& layout, const Histogram& histogram,
 
 std::string svg_text(double x, double y, double size, const char* anchor, const std::string& text) {
     // A capital is about 0.72 of a font's size.
-    return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:.1f}\" text-anchor=\"{}\" fill=\"currentColor\">{}</text>\n", x, y, size / 0.72,
-                       anchor, markup::escape(text));
+    return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:.1f}\" text-anchor=\"{}\" fill=\"currentColor\">{}</text>\n", x, y,
+                       size / 0.72, anchor, markup::escape(text));
 }
 
 std::string svg_line(double x0, double y0, double x1, double y1, const std::string& look) {
@@ -165,8 +166,8 @@ std::string histogram_svg(const Histogram& histogram, const HistogramStyle& styl
     const Layout layout = lay_out(histogram, style);
     const double size = layout.text, middle = (layout.left + layout.right) / 2;
     const std::string grid = "stroke=\"currentColor\" stroke-opacity=\"0.15\"", ink = "stroke=\"currentColor\"";
-    std::string svg = fmt::format("<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\" aria-label=\"{2}\">\n", style.width,
-                                  style.height, markup::escape(style.title.empty() ? "histogram" : style.title));
+    std::string svg = fmt::format("<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\" aria-label=\"{2}\">\n",
+                                  style.width, style.height, markup::escape(style.title.empty() ? "histogram" : style.title));
     for (const double share : share_ticks(layout)) {
         svg += svg_line(layout.left, layout.y(share), layout.right, layout.y(share), grid);
         svg += svg_text(layout.left - 0.7 * size, layout.y(share) + size / 2, size, "end", percent(share));
@@ -176,9 +177,10 @@ std::string histogram_svg(const Histogram& histogram, const HistogramStyle& styl
         const auto [left, right] = bar_ends(layout, histogram, i);
         const auto [low, high] = histogram.limits_of(i);
         const double top = std::max(layout.y(histogram.share(i)), layout.top);
-        svg += fmt::format("<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"><title>{} to {}: {} ({})</title></rect>\n", left,
-                           top, right - left, layout.bottom - top, markup::colour(style.bar), tick_label(low), tick_label(high), histogram.counts[i],
-                           percent(histogram.share(i)));
+        svg += fmt::format(
+            "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"><title>{} to {}: {} ({})</title></rect>\n",
+            left, top, right - left, layout.bottom - top, markup::colour(style.bar), tick_label(low), tick_label(high), histogram.counts[i],
+            percent(histogram.share(i)));
     }
     svg += svg_line(layout.left, layout.bottom, layout.right, layout.bottom, ink);
     for (const double value : ticks(histogram.range, histogram.scale, 6)) {
@@ -187,7 +189,8 @@ std::string histogram_svg(const Histogram& histogram, const HistogramStyle& styl
     }
     if (style.mark) {
         const double x = layout.x(*style.mark);
-        if (x >= layout.left && x <= layout.right) svg += svg_line(x, layout.top, x, layout.bottom, "stroke=\"#b5392b\" stroke-width=\"2\"");
+        if (x >= layout.left && x <= layout.right)
+            svg += svg_line(x, layout.top, x, layout.bottom, "stroke=\"#b5392b\" stroke-width=\"2\"");
     }
     if (!style.x_label.empty()) svg += svg_text(middle, style.height - 1.2 * size, size, "middle", style.x_label);
     if (!style.title.empty()) svg += svg_text(middle, 2.4 * size, 1.25 * size, "middle", style.title);

@@ -1,11 +1,11 @@
 #include "gradus/io/html_report.hpp"
 
-#include "markup.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <stdexcept>
+
+#include "markup.hpp"
 
 namespace gradus {
 namespace {
@@ -73,7 +73,8 @@ void HtmlReport::section(const std::string& title) {
 
 void HtmlReport::text(const std::string& paragraph) { body_ += element("p", paragraph) + "\n"; }
 
-void HtmlReport::table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows, const std::string& caption) {
+void HtmlReport::table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,
+                       const std::string& caption) {
     std::string html = open_table(caption, header);
     for (const std::vector<std::string>& row : rows) {
         if (row.size() > header.size()) throw std::invalid_argument("HtmlReport::table: a row is longer than the header");
@@ -108,7 +109,8 @@ void HtmlReport::stages(std::span<const Stage> stages) {
     for (const Stage& stage : stages) total += stage.seconds;
     std::string html = open_table("", {"stage", "time", ""});
     for (const Stage& stage : stages)
-        html += "<tr>" + element("td", stage.name) + element("td", seconds(stage.seconds)) + bar_cell(total > 0 ? stage.seconds / total : 0) + "</tr>\n";
+        html += "<tr>" + element("td", stage.name) + element("td", seconds(stage.seconds)) +
+                bar_cell(total > 0 ? stage.seconds / total : 0) + "</tr>\n";
     html += "<tr>" + element("th", "total") + element("th", seconds(total)) + "<td></td></tr>\n";
     body_ += html + close_table;
 }
@@ -119,7 +121,8 @@ void HtmlReport::histogram(const Histogram& histogram, const HistogramStyle& sty
 
 void HtmlReport::histograms(const Histogram& left, HistogramStyle left_style, const Histogram& right, HistogramStyle right_style) {
     share_axis(left, left_style, right, right_style);
-    body_ += "<figure class=\"row\">\n<div>" + histogram_svg(left, left_style) + "</div>\n<div>" + histogram_svg(right, right_style) + "</div>\n</figure>\n";
+    body_ += "<figure class=\"row\">\n<div>" + histogram_svg(left, left_style) + "</div>\n<div>" + histogram_svg(right, right_style) +
+             "</div>\n</figure>\n";
 }
 
 void HtmlReport::picture(const std::string& caption, const Image& image) { picture(caption, encode_png(image)); }

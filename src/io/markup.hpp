@@ -1,10 +1,10 @@
 /// Private to the web pages: text that is safe inside HTML and SVG.
 #pragma once
 
-#include "gradus/io/image.hpp"
-
 #include <string>
 #include <string_view>
+
+#include "gradus/io/image.hpp"
 
 namespace gradus::markup {
 

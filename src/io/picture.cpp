@@ -1,9 +1,5 @@
 #include "gradus/io/picture.hpp"
 
-#include "gradus/io/drawing.hpp"
-#include "gradus/io/figure.hpp"
-#include "raster.hpp"
-
 #include <tbb/parallel_for.h>
 
 #include <Eigen/Geometry>
@@ -11,6 +7,10 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+
+#include "gradus/io/drawing.hpp"
+#include "gradus/io/figure.hpp"
+#include "raster.hpp"
 
 namespace gradus {
 namespace {
@@ -130,7 +130,8 @@ View make_view(const MeshView& mesh, const Camera& camera, double width, double 
     }
     const Eigen::Vector2d room(width * (1 - 2 * camera.margin), height * (1 - 2 * camera.margin)), size = seen.sizes();
     if (camera.width) view.scale = width / (*camera.width * nearness);
-    else if (size.maxCoeff() > 0) view.scale = std::min(size.x() > 0 ? room.x() / size.x() : 1e300, size.y() > 0 ? room.y() / size.y() : 1e300);
+    else if (size.maxCoeff() > 0)
+        view.scale = std::min(size.x() > 0 ? room.x() / size.x() : 1e300, size.y() > 0 ? room.y() / size.y() : 1e300);
     view.shift = Eigen::Vector2d(width, height) / 2 - view.scale * middle;
     return view;
 }
@@ -182,7 +183,8 @@ std::vector<Eigen::Vector3d> normals_to_eye(const MeshView& mesh, const View& vi
 void light_corners(const MeshView& mesh, const View& view, const RenderOptions& options, Prepared& scene) {
     const std::vector<Eigen::Vector3d> normals = normals_to_eye(mesh, view, scene.back);
     if (options.shading == Shading::Flat) {
-        tbb::parallel_for(std::size_t{0}, normals.size(), [&](std::size_t t) { scene.corners[t].light.fill(light_on(normals[t].stableNormalized())); });
+        tbb::parallel_for(std::size_t{0}, normals.size(),
+                          [&](std::size_t t) { scene.corners[t].light.fill(light_on(normals[t].stableNormalized())); });
         return;
     }
     const double least = std::cos(options.crease_angle * std::numbers::pi / 180);
@@ -289,7 +291,8 @@ Image render(const MeshView& mesh, const Camera& camera, const RenderOptions& op
     }
     const auto add_lines = [&](std::span<const std::array<int, 2>> edges, double thickness, double lift, const Colour& colour) {
         if (thickness > 0)
-            for (const auto& [a, b] : edges) drawing.lines.push_back(line_between(view, scene.points[a], scene.points[b], thickness, lift, colour));
+            for (const auto& [a, b] : edges)
+                drawing.lines.push_back(line_between(view, scene.points[a], scene.points[b], thickness, lift, colour));
     };
     if (options.outline_width > 0) add_lines(outline_edges(mesh, scene), options.outline_width, outline_lift, options.outline);
     add_lines(mesh.features, options.feature_width, feature_lift, options.feature);

@@ -60,7 +60,7 @@ Bins sort_into_tiles(const Grid& grid, std::size_t count, const Box& box_of) {
 
 /// Samples of one tile, row by row.
 struct Tile {
-    int x0 = 0, y0 = 0;  ///< its first pixel
+    int x0 = 0, y0 = 0;         ///< its first pixel
     int columns = 0, rows = 0;  ///< samples
     std::vector<double> depth;
     std::vector<Colour> colour;
@@ -132,76 +132,98 @@ SampleSpan between_edges(const std::array<EdgeDistance, 3>& edge, const std::arr
     return row;
 }
 
-void draw_triangle(const Scene& scene, std::size_t t, Tile& tile) {
+/// A triangle ready to be filled. Its corners run clockwise as seen; edge k is opposite corner k.
+struct Setup {
+    std::array<EdgeDistance, 3> edge;
+    /// Values at the corners over their heights: their sums with the distances interpolate. Light and place are weighted.
+    std::array<double, 3> depth, weight, light, place;
+    std::array<double, 3> hidden{0, 0, 0};  ///< added to the distance from an edge that is not drawn: infinite
+    EdgeStyle style;
+    Colour fill, shadow;
+    SampleSpan rows, columns;  ///< its box
+};
+
+double weighted(const std::array<double, 3>& d, const std::array<double, 3>& values) {
+    return d[0] * values[0] + d[1] * values[1] + d[2] * values[2];
+}
+
+/// Nothing if the triangle is seen as a line.
+std::optional<Setup> set_up(const Scene& scene, std::size_t t, const Tile& tile) {
     Triangle v = scene.triangles[t];
     std::array<int, 3> order{0, 1, 2};
     const double area = screen_area(scene.points[v[0]], scene.points[v[1]], scene.points[v[2]]);
-    if (area == 0) return;
+    if (area == 0) return {};
     const bool back = area > 0;
     if (!back) std::swap(v[1], v[2]), std::swap(order[1], order[2]);
     const std::array<const ScreenPoint*, 3> p{&scene.points[v[0]], &scene.points[v[1]], &scene.points[v[2]]};
 
-    std::array<EdgeDistance, 3> edge;  // edge k is opposite corner k
-    std::array<double, 3> over_height, weight, depth, light, place;
+    Setup setup;
+    const auto [left, right] = std::minmax({p[0]->x, p[1]->x, p[2]->x});
+    const auto [top, bottom] = std::minmax({p[0]->y, p[1]->y, p[2]->y});
+    setup.rows = samples_in(top - tile.y0, bottom - tile.y0, scene.samples, tile.rows);
+    setup.columns = samples_in(left - tile.x0, right - tile.x0, scene.samples, tile.columns);
     double perimeter = 0;
     for (int k = 0; k < 3; ++k) {
         const int i = (k + 1) % 3, j = (k + 2) % 3;
         const double dx = p[j]->x - p[i]->x, dy = p[j]->y - p[i]->y, length = std::sqrt(dx * dx + dy * dy);
-        if (length == 0) return;
+        if (length == 0) return {};
         perimeter += length;
-        edge[k] = edge_distance(*p[i], *p[j], v[i] > v[j], tile);
-        over_height[k] = length / std::abs(area);
-        depth[k] = p[k]->depth * over_height[k];
-        weight[k] = p[k]->weight * over_height[k];
-        light[k] = scene.corners[t].light[order[k]] * weight[k];
-        place[k] = scene.corners[t].place[order[k]] * weight[k];
-    }
-    const EdgeStyle style = adapt_edges(scene.edge_width, std::abs(area) / perimeter);
-    // Distance to an edge that is not drawn counts as infinite.
-    std::array<double, 3> hidden{0, 0, 0};
-    if (!scene.shown_edges.empty()) {
-        for (int k = 0; k < 3; ++k) {
-            const int i = order[(k + 1) % 3], j = order[(k + 2) % 3];
-            const int bit = (i + 1) % 3 == j ? i : j;
-            if (!(scene.shown_edges[t] >> bit & 1)) hidden[k] = std::numeric_limits<double>::infinity();
+        const double over_height = length / std::abs(area);
+        setup.edge[k] = edge_distance(*p[i], *p[j], v[i] > v[j], tile);
+        setup.depth[k] = p[k]->depth * over_height;
+        setup.weight[k] = p[k]->weight * over_height;
+        setup.light[k] = scene.corners[t].light[order[k]] * setup.weight[k];
+        setup.place[k] = scene.corners[t].place[order[k]] * setup.weight[k];
+        if (!scene.shown_edges.empty()) {
+            const int bit = (order[i] + 1) % 3 == order[j] ? order[i] : order[j];
+            if (!(scene.shown_edges[t] >> bit & 1)) setup.hidden[k] = std::numeric_limits<double>::infinity();
         }
     }
+    setup.style = adapt_edges(scene.edge_width, std::abs(area) / perimeter);
+    setup.fill = scene.fill[back], setup.shadow = scene.shadow[back];
+    return setup;
+}
 
-    const auto [left, right] = std::minmax({p[0]->x, p[1]->x, p[2]->x});
-    const auto [top, bottom] = std::minmax({p[0]->y, p[1]->y, p[2]->y});
-    const SampleSpan rows = samples_in(top - tile.y0, bottom - tile.y0, scene.samples, tile.rows);
-    const SampleSpan box = samples_in(left - tile.x0, right - tile.x0, scene.samples, tile.columns);
-    if (box.first > box.last) return;
+/// Colour of a sample at these distances from the edges.
+Colour colour_of(const Scene& scene, const Setup& setup, const std::array<double, 3>& d) {
+    const double scale = 1 / weighted(d, setup.weight);
+    const float light = static_cast<float>(weighted(d, setup.light) * scale);
+    Colour colour;
+    if (scene.map) {
+        // Shaded less than a plain surface, since darkness would be taken for a value.
+        constexpr float deepest = 0.3f;
+        colour = colour_at(*scene.map, weighted(d, setup.place) * scale);
+        colour = mix(mix(colour, {0, 0, 0}, deepest), colour, light);
+    } else {
+        colour = mix(setup.shadow, setup.fill, light);
+    }
+    if (setup.style.opacity == 0) return colour;
+    const double nearest_edge = std::min({d[0] + setup.hidden[0], d[1] + setup.hidden[1], d[2] + setup.hidden[2]});
+    const double cover = std::clamp((setup.style.half_width - nearest_edge) * scene.samples + 0.5, 0.0, 1.0);
+    return cover > 0 ? mix(colour, scene.edge, static_cast<float>(cover * setup.style.opacity)) : colour;
+}
+
+void draw_triangle(const Scene& scene, std::size_t t, Tile& tile) {
+    const std::optional<Setup> found = set_up(scene, t, tile);
+    if (!found) return;
+    const Setup& setup = *found;
+    const auto& edge = setup.edge;
     const double step = 1.0 / scene.samples;
-    const Colour fill = scene.fill[back], shadow = scene.shadow[back];
-    for (int row = rows.first; row <= rows.last; ++row) {
+    constexpr int wide = 8;  // samples of a row worth a look for the part between the edges
+    for (int row = setup.rows.first; row <= setup.rows.last; ++row) {
         const double y = (row + 0.5) * step;
         const std::array<double, 3> base{edge[0].b * y + edge[0].c, edge[1].b * y + edge[1].c, edge[2].b * y + edge[2].c};
-        const SampleSpan columns = box.last - box.first < 8 ? box : between_edges(edge, base, box, scene.samples);
+        const bool narrow = setup.columns.last - setup.columns.first < wide;
+        const SampleSpan columns = narrow ? setup.columns : between_edges(edge, base, setup.columns, scene.samples);
         for (int column = columns.first; column <= columns.last; ++column) {
             const double x = (column + 0.5) * step;
-            const double d0 = edge[0].a * x + base[0], d1 = edge[1].a * x + base[1], d2 = edge[2].a * x + base[2];
-            if (d0 < 0 || d1 < 0 || d2 < 0) continue;
+            const std::array<double, 3> d{edge[0].a * x + base[0], edge[1].a * x + base[1], edge[2].a * x + base[2]};
+            if (d[0] < 0 || d[1] < 0 || d[2] < 0) continue;
             const std::size_t sample = static_cast<std::size_t>(row) * tile.columns + column;
-            const double z = d0 * depth[0] + d1 * depth[1] + d2 * depth[2];
-            if (z <= tile.depth[sample]) continue;
-            tile.depth[sample] = z;
-            const double scale = 1 / (d0 * weight[0] + d1 * weight[1] + d2 * weight[2]);
-            const float l = static_cast<float>((d0 * light[0] + d1 * light[1] + d2 * light[2]) * scale);
-            Colour colour;
-            if (scene.map) {
-                // Shaded less than a plain surface, since darkness would be taken for a value.
-                colour = colour_at(*scene.map, (d0 * place[0] + d1 * place[1] + d2 * place[2]) * scale);
-                colour = mix(mix(colour, {0, 0, 0}, 0.3f), colour, l);
-            } else {
-                colour = mix(shadow, fill, l);
-            }
-            if (style.opacity > 0) {
-                const double d = std::min({d0 + hidden[0], d1 + hidden[1], d2 + hidden[2]});
-                const double cover = std::clamp((style.half_width - d) * scene.samples + 0.5, 0.0, 1.0);
-                if (cover > 0) colour = mix(colour, scene.edge, static_cast<float>(cover * style.opacity));
-            }
-            tile.colour[sample] = colour;
+            const double depth = weighted(d, setup.depth);
+            if (depth <= tile.depth[sample]) continue;
+            tile.depth[sample] = depth;
+            tile.colour[sample] = colour_of(scene, setup, d);
         }
     }
 }
@@ -274,7 +296,9 @@ Image draw(const Scene& scene) {
         // Near triangles first: what they hide is then not shaded.
         tile.order.clear();
         for (const int t : triangles.of(i)) tile.order.push_back({nearest(scene, t), t});
-        std::ranges::sort(tile.order, [](const Tile::Item& a, const Tile::Item& b) { return std::tie(b.depth, a.triangle) < std::tie(a.depth, b.triangle); });
+        std::ranges::sort(tile.order, [](const Tile::Item& a, const Tile::Item& b) {
+            return std::tie(b.depth, a.triangle) < std::tie(a.depth, b.triangle);
+        });
         for (const Tile::Item& item : tile.order) draw_triangle(scene, item.triangle, tile);
         for (const int l : lines.of(i)) draw_line(scene, scene.lines[l], tile);
         average_into(scene, tile, image);

@@ -1,11 +1,11 @@
 /// Colours for numbers: maps of even lightness steps, and how a value finds its place on them.
 #pragma once
 
-#include "gradus/io/image.hpp"
-
 #include <array>
 #include <optional>
 #include <span>
+
+#include "gradus/io/image.hpp"
 
 namespace gradus {
 
@@ -29,7 +29,8 @@ struct Range {
     double low = 0, high = 1;
 };
 
-/// Least and greatest of the finite values, of the positive ones only if the scale is logarithmic; [0, 1] (linear) or [1, 10] if there are none.
+/// Least and greatest of the finite values, of the positive ones only if the scale is logarithmic; [0, 1] (linear) or [1, 10] if there are
+/// none.
 Range range_of(std::span<const double> values, Scale scale = Scale::Linear);
 
 /// Place of a value: 0 at range.low, 1 at range.high, beyond them outside [0, 1]; NaN for a value the scale cannot show.

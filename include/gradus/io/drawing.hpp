@@ -1,11 +1,11 @@
 /// Lines, areas and letters on an image, antialiased. Coordinates are pixels from the left and the top; a pixel is a unit square.
 #pragma once
 
-#include "gradus/io/image.hpp"
-
 #include <Eigen/Core>
 #include <span>
 #include <string_view>
+
+#include "gradus/io/image.hpp"
 
 namespace gradus {
 

@@ -1,19 +1,19 @@
 /// Figures put together from pictures.
 #pragma once
 
-#include "gradus/io/colour_map.hpp"
-#include "gradus/io/image.hpp"
-
 #include <Eigen/Core>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "gradus/io/colour_map.hpp"
+#include "gradus/io/image.hpp"
+
 namespace gradus {
 
 struct Panel {
     Image image;
-    std::string title;  ///< above the picture; may be empty
+    std::string title = {};  ///< above the picture; may be empty
 };
 
 struct ComposeOptions {
@@ -31,7 +31,7 @@ Image compose(std::span<const Panel> panels, const ComposeOptions& options = {})
 
 struct ColourBar {
     ColourMap map = ColourMap::Sequential;
-    Range range;
+    Range range = {};
     Scale scale = Scale::Linear;
     std::string title = {};
     double text_size = 14;  ///< height of a capital, pixels

@@ -1,14 +1,14 @@
 /// Histograms, as pictures and as SVG.
 #pragma once
 
-#include "gradus/io/colour_map.hpp"
-
 #include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "gradus/io/colour_map.hpp"
 
 namespace gradus {
 
@@ -20,8 +20,8 @@ struct Histogram {
     std::size_t below = 0, above = 0;  ///< outside the range
     std::size_t missing = 0;           ///< NaN, or not positive on a logarithmic scale
 
-    std::size_t total() const;                            ///< of all values but the missing ones
-    double share(std::size_t bin) const;                  ///< of the total, in [0, 1]
+    std::size_t total() const;                               ///< of all values but the missing ones
+    double share(std::size_t bin) const;                     ///< of the total, in [0, 1]
     std::array<double, 2> limits_of(std::size_t bin) const;  ///< least and greatest value of a bin
 };
 
@@ -30,11 +30,11 @@ struct Histogram {
 Histogram count_values(std::span<const double> values, int bins = 40, std::optional<Range> range = {}, Scale scale = Scale::Linear);
 
 struct HistogramStyle {
-    std::string title, x_label;
-    int width = 800, height = 480;         ///< pixels
+    std::string title = {}, x_label = {};
+    int width = 800, height = 480;  ///< pixels
     Colour bar = hex(0x4878a8);
-    std::optional<double> greatest_share;  ///< top of the vertical axis, to draw several alike; default: the tallest bar fits
-    std::optional<double> mark;            ///< value with a vertical line: a bound, a mean
+    std::optional<double> greatest_share = {};  ///< top of the vertical axis, to draw several alike; default: the tallest bar fits
+    std::optional<double> mark = {};            ///< value with a vertical line: a bound, a mean
 };
 
 /// Gives two styles the same vertical axis, high enough for the tallest bar of both, unless the left one has its own.

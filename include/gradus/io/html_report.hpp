@@ -1,14 +1,14 @@
 /// A report as one HTML page that needs nothing else: tables, checks, histograms, pictures inside the file, no scripts.
 #pragma once
 
-#include "gradus/io/histogram.hpp"
-#include "gradus/io/image.hpp"
-
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "gradus/io/histogram.hpp"
+#include "gradus/io/image.hpp"
 
 namespace gradus {
 
