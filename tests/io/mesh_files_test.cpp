@@ -275,117 +275,135 @@ TEST_CASE("a text of numbers is read exactly rounded", "[io][exact]") {
     CHECK(soup.points[1] == Eigen::Vector3d(0, 2.2250738585072011e-308, 1.7976931348623157e308));
 }
 
-TEST_CASE("malformed files are refused with the path and the line", "[io]") {
-    struct Case {
-        const char* name;
-        std::string contents;
-        int line;
-        const char* says;
-    };
-    const std::string mesh = "MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 0 0\n1 0 0 0\n0 1 0 0\n";
-    const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
-    const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
-    const std::string solid = "solid\nfacet normal 0 0 1\nouter loop\n";
-    const std::string sol = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n";
-    const Case test = GENERATE_REF(values<Case>({
-        {"a.mesh", "", 0, "empty"},
-        {"a.mesh", "solid", 1, "MeshVersionFormatted"},
-        {"a.mesh", "MeshVersionFormatted 9\n", 1, "version"},
-        {"a.mesh", "MeshVersionFormatted 2\nDimension 4\n", 2, "dimension"},
-        {"a.mesh", mesh, 7, "no Triangles"},
-        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nTriangles\n0\nEnd\n", 5, "no Vertices"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 4 0\n", 10, "vertex 4; there are 3"},
-        {"a.mesh", mesh + "Triangles\n1\n1 0 2 0\n", 10, "vertex 0"},
-        {"a.mesh", mesh + "Triangles\n2\n1 2 3 0\nEnd\n", 11, "found 'End'"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\n1 2 3 0\nEnd\n", 11, "more entries"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2\n", 10, "end of the file"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2.5 3 0\n", 10, "'2.5'"},
-        {"a.mesh", mesh + "Triangles\n-1\n", 9, "negative"},
-        {"a.mesh", mesh + "Triangles\n1000000000000000000\n1 2 3 0\n", 9, "more than the rest"},
-        {"a.mesh", mesh + "Triangles\n99999999999999999999\n1 2 3 0\n", 9, "'9999"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nEdges\n1\n1 4 0\n", 13, "vertex 4"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nRidges\n1\n1\n", 13, "edge 1; there are 0"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nCorners\n1\n4\n", 13, "vertex 4"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nVerticesOnGeometricTriangles\n1\n1 1 nan 0 0\n", 13, "not finite"},
-        {"a.mesh", mesh + mesh, 11, "second Vertices"},
-        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 nan 0 0\n", 5, "not finite"},
-        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 1e400 0 0\n", 5, "beyond double"},
-        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 0x 0 0\n", 5, "'0x'"},
-        {"a.mesh", sol + "1\n1 1\n1\nEnd\n", 4, "sizes"},
-        {"a.obj", "# nothing\n", 1, "no vertex"},
-        {"a.obj", "v 0 0 0\nv 0 1\n", 2, "end of the line"},
-        {"a.obj", "v 0 0 0\nv 0 1 zero\n", 2, "'zero'"},
-        {"a.obj", "v 0 0 0\nv 0 1 inf\n", 2, "not finite"},
-        {"a.obj", "v 0 0 0 red\n", 1, "'red'"},
-        {"a.obj", "v 0 0 0\nf 1 1\n", 2, "at least 3"},
-        {"a.obj", "v 0 0 0\n\nf 1 1 2\nv 0 0", 4, "end of the file"},
-        {"a.obj", "v 0 0 0\n\nf 1 1 2\n", 3, "vertex 2 out of range; there are 1"},
-        {"a.obj", "v 0 0 0\nf 1 1 0\n", 2, "vertex 0"},
-        {"a.obj", "v 0 0 0\nf 1 1 -2\n", 2, "vertex -2"},
-        {"a.obj", "v 0 0 0\nf 1 1 99999999999999999999\n", 2, "out of range"},
-        {"a.obj", "v 0 0 0\nf 1 \\\n1 a\n", 3, "'a'"},
-        {"a.obj", "v 0 0 0\nf 1/1/1/1 1 1\n", 2, "vertex of a face"},
-        {"a.off", "PLY\n", 1, "OFF"},
-        {"a.off", "nOFF\n3\n", 1, "OFF"},
-        {"a.off", "OFF BINARY\n", 1, "binary"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n", 4, "end of the file"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n", 5, "end of the file"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 6, "vertex 3"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", 6, "at least 3"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n2\n", 6, "end of the line"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n", 7, "after 1 faces"},
-        {"a.off", "OFF\n3 1 0\n0 0 0 1\n1 0 0\n0 1 0\n3 0 1 2\n", 3, "end of the line"},
-        {"a.off", "OFF\n1000000000 1 0\n0 0 0\n", 2, "more than the rest"},
-        {"a.ply", "plx\n", 1, "PLY"},
-        {"a.ply", "ply\nformat ascii 2.0\n", 2, "1.0"},
-        {"a.ply", "ply\nformat text 1.0\n", 2, "'text'"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n", 4, "'real'"},
-        {"a.ply", "ply\nformat ascii 1.0\nproperty float x\n", 3, "unexpected"},
-        {"a.ply", ply + "end_header\n", 7, "no element face"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 13, "vertex 3"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", 13, "vertex -1"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", 13, "at least 3"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n", 12, "end of the file"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n7\n", 14, "end of the file"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n", 11, "not finite"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1000000000000\nproperty float x\n", 3, "more than the rest"},
-        {"a.stl", "solid\nfacet normal 0 0 1\nouter lop\n", 3, "expected loop"},
-        {"a.stl", solid + "vertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n", 6, "expected vertex"},
-        {"a.stl", solid + "vertex 0 0 0\nvertex 1 0 inf\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n", 5, "not finite"},
-        {"a.stl", solid + "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n", 8, "endsolid"},
-        {"a.stl", std::string(84, 'x'), 0, "number of triangles"},
-        {"a.stl", "short", 0, "end of the file"},
-        {"a.stl", std::string(80, ' ') + std::string("\1\0\0\0", 4) + std::string(49, '\0'), 0, "more than the rest"},
-        {"a.stl", std::string(80, ' ') + std::string("\1\0\0\0", 4) + std::string(51, '\0'), 0, "room for"},
-        {"a.meshb", "abc", 0, "end of the file"},
-        {"a.meshb", "abcdefgh", 0, "not a binary Medit"},
-        {"a.meshb", std::string("\1\0\0\0\2\0\0\0\4\0\0\0\0\0\0\0", 16), 0, "ends before it starts"},
-        {"a.sol", sol + "2\n1 1\n1\n0\n", 7, "must be > 0"},
-        {"a.sol", sol + "2\n1 1\n1\n-1\n", 7, "must be > 0"},
-        {"a.sol", sol + "2\n1 1\n1\nnan\n", 7, "must be > 0"},
-        {"a.sol", sol + "2\n1 3\n1 1\n", 5, "one scalar"},
-        {"a.sol", sol + "2\n1 1\n1\n", 6, "end of the file"},
-        {"a.sol", sol + "2\n1 1\n1 1 1\n", 6, "more entries"},
-        {"a.sol", sol + "3\n1 1\n1 1 1\n", 4, "holds 3 sizes, but 2"},
-        {"a.sol", sol + "1000000000000\n", 4, "more than the rest"},
-        {"a.sol", "MeshVersionFormatted 2\nDimension 3\nEnd\n", 3, "no SolAtVertices"},
-        {"a.xyz", "1 2 3\n", 0, ".xyz"},
-    }));
-    const TemporaryFolder folder;
-    const std::string path = folder / test.name;
-    support::spill(path, test.contents);
-    INFO(test.name << "\n" << test.contents);
+namespace {
+
+struct Malformed {
+    const char* name;
+    const char* start;  ///< well formed, then
+    const char* rest;
+    int line;
+    const char* says;
+};
+
+#define GRADUS_PLY "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+constexpr const char* kMesh = "MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 0 0\n1 0 0 0\n0 1 0 0\n";
+constexpr const char* kPly = GRADUS_PLY;
+constexpr const char* kPlyFaces = GRADUS_PLY "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+constexpr const char* kSolid = "solid\nfacet normal 0 0 1\nouter loop\n";
+constexpr const char* kSol = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n";
+
+constexpr Malformed kMalformed[] = {
+    {"a.mesh", "", "", 0, "empty"},
+    {"a.mesh", "", "solid", 1, "MeshVersionFormatted"},
+    {"a.mesh", "", "MeshVersionFormatted 9\n", 1, "version"},
+    {"a.mesh", "", "MeshVersionFormatted 2\nDimension 4\n", 2, "dimension"},
+    {"a.mesh", kMesh, "", 7, "no Triangles"},
+    {"a.mesh", "", "MeshVersionFormatted 2\nDimension 3\nTriangles\n0\nEnd\n", 5, "no Vertices"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 4 0\n", 10, "vertex 4; there are 3"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 0 2 0\n", 10, "vertex 0"},
+    {"a.mesh", kMesh, "Triangles\n2\n1 2 3 0\nEnd\n", 11, "found 'End'"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\n1 2 3 0\nEnd\n", 11, "more entries"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2\n", 10, "end of the file"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2.5 3 0\n", 10, "'2.5'"},
+    {"a.mesh", kMesh, "Triangles\n-1\n", 9, "negative"},
+    {"a.mesh", kMesh, "Triangles\n1000000000000000000\n1 2 3 0\n", 9, "more than the rest"},
+    {"a.mesh", kMesh, "Triangles\n99999999999999999999\n1 2 3 0\n", 9, "'9999"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nEdges\n1\n1 4 0\n", 13, "vertex 4"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nRidges\n1\n1\n", 13, "edge 1; there are 0"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nCorners\n1\n4\n", 13, "vertex 4"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nVerticesOnGeometricTriangles\n1\n1 1 nan 0 0\n", 13, "not finite"},
+    {"a.mesh", kMesh, kMesh, 11, "second Vertices"},
+    {"a.mesh", "", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 nan 0 0\n", 5, "not finite"},
+    {"a.mesh", "", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 1e400 0 0\n", 5, "beyond double"},
+    {"a.mesh", "", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 0x 0 0\n", 5, "'0x'"},
+    {"a.mesh", kSol, "1\n1 1\n1\nEnd\n", 4, "sizes"},
+    {"a.obj", "", "# nothing\n", 1, "no vertex"},
+    {"a.obj", "", "v 0 0 0\nv 0 1\n", 2, "end of the line"},
+    {"a.obj", "", "v 0 0 0\nv 0 1 zero\n", 2, "'zero'"},
+    {"a.obj", "", "v 0 0 0\nv 0 1 inf\n", 2, "not finite"},
+    {"a.obj", "", "v 0 0 0 red\n", 1, "'red'"},
+    {"a.obj", "", "v 0 0 0\nf 1 1\n", 2, "at least 3"},
+    {"a.obj", "", "v 0 0 0\n\nf 1 1 2\nv 0 0", 4, "end of the file"},
+    {"a.obj", "", "v 0 0 0\n\nf 1 1 2\n", 3, "vertex 2 out of range; there are 1"},
+    {"a.obj", "", "v 0 0 0\nf 1 1 0\n", 2, "vertex 0"},
+    {"a.obj", "", "v 0 0 0\nf 1 1 -2\n", 2, "vertex -2"},
+    {"a.obj", "", "v 0 0 0\nf 1 1 99999999999999999999\n", 2, "out of range"},
+    {"a.obj", "", "v 0 0 0\nf 1 \\\n1 a\n", 3, "'a'"},
+    {"a.obj", "", "v 0 0 0\nf 1/1/1/1 1 1\n", 2, "vertex of a face"},
+    {"a.off", "", "PLY\n", 1, "OFF"},
+    {"a.off", "", "nOFF\n3\n", 1, "OFF"},
+    {"a.off", "", "OFF BINARY\n", 1, "binary"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n", 4, "end of the file"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n", 5, "end of the file"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 6, "vertex 3"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", 6, "at least 3"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n2\n", 6, "end of the line"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n", 7, "after 1 faces"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0 1\n1 0 0\n0 1 0\n3 0 1 2\n", 3, "end of the line"},
+    {"a.off", "", "OFF\n1000000000 1 0\n0 0 0\n", 2, "more than the rest"},
+    {"a.ply", "", "plx\n", 1, "PLY"},
+    {"a.ply", "", "ply\nformat ascii 2.0\n", 2, "1.0"},
+    {"a.ply", "", "ply\nformat text 1.0\n", 2, "'text'"},
+    {"a.ply", "", "ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n", 4, "'real'"},
+    {"a.ply", "", "ply\nformat ascii 1.0\nproperty float x\n", 3, "unexpected"},
+    {"a.ply", kPly, "end_header\n", 7, "no element face"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 13, "vertex 3"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", 13, "vertex -1"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", 13, "at least 3"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 0\n0 1 0\n", 12, "end of the file"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n7\n", 14, "end of the file"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n", 11, "not finite"},
+    {"a.ply", "", "ply\nformat ascii 1.0\nelement vertex 1000000000000\nproperty float x\n", 3, "more than the rest"},
+    {"a.stl", "", "solid\nfacet normal 0 0 1\nouter lop\n", 3, "expected loop"},
+    {"a.stl", kSolid, "vertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n", 6, "expected vertex"},
+    {"a.stl", kSolid, "vertex 0 0 0\nvertex 1 0 inf\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n", 5, "not finite"},
+    {"a.stl", kSolid, "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n", 8, "endsolid"},
+    {"a.stl", "", "short", 0, "end of the file"},
+    {"a.meshb", "", "abc", 0, "end of the file"},
+    {"a.meshb", "", "abcdefgh", 0, "not a binary Medit"},
+    {"a.sol", kSol, "2\n1 1\n1\n0\n", 7, "must be > 0"},
+    {"a.sol", kSol, "2\n1 1\n1\n-1\n", 7, "must be > 0"},
+    {"a.sol", kSol, "2\n1 1\n1\nnan\n", 7, "must be > 0"},
+    {"a.sol", kSol, "2\n1 3\n1 1\n", 5, "one scalar"},
+    {"a.sol", kSol, "2\n1 1\n1\n", 6, "end of the file"},
+    {"a.sol", kSol, "2\n1 1\n1 1 1\n", 6, "more entries"},
+    {"a.sol", kSol, "3\n1 1\n1 1 1\n", 4, "holds 3 sizes, but 2"},
+    {"a.sol", kSol, "1000000000000\n", 4, "more than the rest"},
+    {"a.sol", "", "MeshVersionFormatted 2\nDimension 3\nEnd\n", 3, "no SolAtVertices"},
+    {"a.xyz", "", "1 2 3\n", 0, ".xyz"},
+};
+
+void check_refused(const TemporaryFolder& folder, const std::string& name, const std::string& contents, int line, const char* says) {
+    const std::string path = folder / name;
+    support::spill(path, contents);
+    INFO(name << "\n" << contents);
     try {
-        if (std::string(test.name) == "a.sol")
+        if (name == "a.sol")
             read_sizes(path, 2);
         else
             read_mesh(path);
-        FAIL("was accepted");
+        FAIL_CHECK("was accepted");
     } catch (const IoError& error) {
         CHECK(error.path() == path);
-        CHECK(error.line() == test.line);
-        CHECK_THAT(error.what(), Catch::StartsWith(path + ":") && Catch::Contains(test.says));
+        CHECK(error.line() == line);
+        CHECK_THAT(error.what(), Catch::StartsWith(path + ":") && Catch::Contains(says));
     }
+}
+
+}  // namespace
+
+TEST_CASE("malformed texts are refused with the path and the line", "[io]") {
+    const TemporaryFolder folder;
+    for (const auto& [name, start, rest, line, says] : kMalformed) check_refused(folder, name, std::string(start) + rest, line, says);
+}
+
+TEST_CASE("malformed binary files are refused with the path and the byte", "[io]") {
+    const TemporaryFolder folder;
+    const std::string one("\1\0\0\0", 4), header = std::string(80, ' ') + one;
+    check_refused(folder, "a.stl", std::string(84, 'x'), 0, "number of triangles");
+    check_refused(folder, "a.stl", header + std::string(49, '\0'), 0, "more than the rest");
+    check_refused(folder, "a.stl", header + std::string(51, '\0'), 0, "room for");
+    check_refused(folder, "a.meshb", std::string("\1\0\0\0\2\0\0\0\4\0\0\0\0\0\0\0", 16), 0, "ends before it starts");
 }
 
 TEST_CASE("missing files and folders are refused", "[io]") {
