@@ -13,8 +13,8 @@ void ByteReader::seek(std::size_t offset, const char* what) {
 
 void ByteReader::check_count(std::uint64_t count, std::size_t least, const char* what) const {
     if (count > std::numeric_limits<int>::max() || count > remaining() / least)
-        fail(std::string(what) + " is " + std::to_string(count) + ", more than the rest of the file can hold (" + std::to_string(remaining()) +
-             " bytes)");
+        fail(std::string(what) + " is " + std::to_string(count) + ", more than the rest of the file can hold (" +
+             std::to_string(remaining()) + " bytes)");
 }
 
 void ByteReader::fail_at(std::size_t offset, const std::string& what) const {

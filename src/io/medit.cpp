@@ -56,7 +56,8 @@ class TextSource {
 
     TextSource(const std::string& path, std::string_view text) : in_(path, text, '#') {
         const Where start = in_.position();
-        if (in_.peek() != "MeshVersionFormatted") in_.fail_at(start, "is not a Medit file: expected MeshVersionFormatted, found " + quoted(in_.peek()));
+        if (in_.peek() != "MeshVersionFormatted")
+            in_.fail_at(start, "is not a Medit file: expected MeshVersionFormatted, found " + quoted(in_.peek()));
         in_.word("MeshVersionFormatted");
         const std::int64_t version = in_.integer("the version");
         if (version < 0 || version > 4) in_.fail("unknown version " + std::to_string(version));
@@ -90,7 +91,8 @@ class TextSource {
         while (!in_.at_end() && !starts_keyword(in_.peek())) {
             const std::string_view word = in_.word("a value");
             if (word[0] != '"' || (word.size() > 1 && word.back() == '"')) continue;
-            while (!in_.at_end() && in_.word("a value").back() != '"') {}
+            while (!in_.at_end() && in_.word("a value").back() != '"') {
+            }
         }
     }
 
@@ -104,7 +106,8 @@ class BinarySource {
     BinarySource(const std::string& path, std::string_view bytes) : in_(path, bytes) {
         const auto code = in_.get<std::int32_t>("the code 1 of a binary Medit file");
         if (code == 0x01000000) in_.swap_bytes();
-        if (code != 1 && code != 0x01000000) in_.fail_at(0, "is not a binary Medit file: expected the code 1, found " + std::to_string(code));
+        if (code != 1 && code != 0x01000000)
+            in_.fail_at(0, "is not a binary Medit file: expected the code 1, found " + std::to_string(code));
         version_ = in_.get<std::int32_t>("the version");
         if (version_ < 1 || version_ > 4) in_.fail_at(4, "unknown version " + std::to_string(version_));
         next_ = in_.offset();
@@ -121,7 +124,8 @@ class BinarySource {
             if (keyword == static_cast<int>(Keyword::End)) return std::nullopt;
             const std::int64_t next =
                 version_ < 3 ? in_.get<std::int32_t>("the end of a section") : in_.get<std::int64_t>("the end of a section");
-            if (next <= static_cast<std::int64_t>(start)) in_.fail_at(start, "the section ends before it starts, at byte " + std::to_string(next));
+            if (next <= static_cast<std::int64_t>(start))
+                in_.fail_at(start, "the section ends before it starts, at byte " + std::to_string(next));
             next_ = static_cast<std::size_t>(next);
             const auto* known = std::find_if(std::begin(kKeywords), std::end(kKeywords),
                                              [&](const auto& entry) { return static_cast<int>(entry.second) == keyword; });
@@ -301,17 +305,35 @@ TriangleSoup parse(Source in) {
     Reading<Source> r(in);
     while (const std::optional<Keyword> keyword = in.keyword()) {
         switch (*keyword) {
-            case Keyword::Dimension: r.dimension = read_dimension(in); break;
-            case Keyword::Vertices: read_vertices(r); break;
-            case Keyword::Triangles: read_triangles(r); break;
-            case Keyword::Quadrilaterals: read_quadrilaterals(r); break;
-            case Keyword::Edges: read_edges(r); break;
+            case Keyword::Dimension:
+                r.dimension = read_dimension(in);
+                break;
+            case Keyword::Vertices:
+                read_vertices(r);
+                break;
+            case Keyword::Triangles:
+                read_triangles(r);
+                break;
+            case Keyword::Quadrilaterals:
+                read_quadrilaterals(r);
+                break;
+            case Keyword::Edges:
+                read_edges(r);
+                break;
             case Keyword::Ridges:
-            case Keyword::RequiredEdges: read_edge_numbers(r); break;
-            case Keyword::Corners: read_corners(r); break;
-            case Keyword::VerticesOnGeometricTriangles: read_parameters(r); break;
-            case Keyword::SolAtVertices: in.fail_at(in.where(), "holds sizes, not a mesh (SolAtVertices)");
-            case Keyword::End: break;
+            case Keyword::RequiredEdges:
+                read_edge_numbers(r);
+                break;
+            case Keyword::Corners:
+                read_corners(r);
+                break;
+            case Keyword::VerticesOnGeometricTriangles:
+                read_parameters(r);
+                break;
+            case Keyword::SolAtVertices:
+                in.fail_at(in.where(), "holds sizes, not a mesh (SolAtVertices)");
+            case Keyword::End:
+                break;
         }
     }
     if (!r.has_vertices) in.fail_at(in.where(), "has no Vertices");
@@ -326,7 +348,8 @@ TriangleSoup parse(Source in) {
 template <class Source>
 std::vector<double> read_size_values(Source& in, std::size_t count, std::size_t expected_count, typename Source::Where where) {
     if (count != expected_count)
-        in.fail_at(where, "holds " + std::to_string(count) + " sizes, but " + std::to_string(expected_count) + " are expected, one per vertex");
+        in.fail_at(where,
+                   "holds " + std::to_string(count) + " sizes, but " + std::to_string(expected_count) + " are expected, one per vertex");
     const auto kind = in.where();
     const std::int64_t fields = in.integer("the number of fields");
     const std::int64_t type = fields == 1 ? in.integer("the kind of the field") : 0;
@@ -396,10 +419,8 @@ class BinarySections {
   private:
     std::size_t position_size() const { return version_ < 3 ? 4 : 8; }
     void position(std::size_t value) {
-        if (version_ < 3)
-            append_bytes(bytes_, static_cast<std::int32_t>(value));
-        else
-            append_bytes(bytes_, static_cast<std::int64_t>(value));
+        if (version_ < 3) append_bytes(bytes_, static_cast<std::int32_t>(value));
+        else append_bytes(bytes_, static_cast<std::int64_t>(value));
     }
 
     std::string bytes_;

@@ -15,7 +15,8 @@ namespace {
 
 std::string extension_of(const std::string& path) {
     std::string extension = std::filesystem::path(path).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return extension;
 }
 
@@ -27,12 +28,9 @@ struct MeshFormat {
 };
 
 constexpr MeshFormat kMeshFormats[] = {
-    {".mesh", io::parse_medit, io::medit_text, io::medit_text},
-    {".meshb", io::parse_medit_binary, io::medit_binary, io::medit_binary},
-    {".obj", io::parse_obj, io::obj_text, io::obj_text},
-    {".off", io::parse_off, io::off_text, io::off_text},
-    {".ply", io::parse_ply, io::ply_text, io::ply_binary},
-    {".stl", io::parse_stl, io::stl_text, io::stl_binary},
+    {".mesh", io::parse_medit, io::medit_text, io::medit_text}, {".meshb", io::parse_medit_binary, io::medit_binary, io::medit_binary},
+    {".obj", io::parse_obj, io::obj_text, io::obj_text},        {".off", io::parse_off, io::off_text, io::off_text},
+    {".ply", io::parse_ply, io::ply_text, io::ply_binary},      {".stl", io::parse_stl, io::stl_text, io::stl_binary},
 };
 
 struct SizeFormat {
@@ -67,7 +65,8 @@ std::string read_filled_file(const std::string& path) {
 
 void check_vertex(int vertex, std::size_t num_points, const char* what, std::size_t entry) {
     if (vertex < 0 || static_cast<std::size_t>(vertex) >= num_points)
-        refuse(std::string(what) + " " + std::to_string(entry) + " has vertex " + std::to_string(vertex) + " of " + std::to_string(num_points));
+        refuse(std::string(what) + " " + std::to_string(entry) + " has vertex " + std::to_string(vertex) + " of " +
+               std::to_string(num_points));
 }
 
 /// What no file may hold, since no reader would take it.

@@ -24,7 +24,8 @@ class ObjReader {
         }
         if (soup_.points.empty()) in_.fail_at(in_.position(), "has no vertex (no line `v x y z`)");
         if (largest_ >= soup_.points.size())
-            in_.fail_at(largest_where_, "vertex " + std::to_string(largest_ + 1) + " out of range; there are " + std::to_string(soup_.points.size()));
+            in_.fail_at(largest_where_,
+                        "vertex " + std::to_string(largest_ + 1) + " out of range; there are " + std::to_string(soup_.points.size()));
         return std::move(soup_);
     }
 

@@ -23,7 +23,8 @@ Header read_header(Scanner& in) {
         if (word.starts_with("ST")) word.remove_prefix(2);
         if (word.starts_with("C")) word.remove_prefix(1);
         if (word.starts_with("N")) word.remove_prefix(1);
-        if (word != "OFF") in.fail_at(where, "is not an OFF file of points in space: expected OFF, COFF, NOFF or STOFF, found " + quoted(name));
+        if (word != "OFF")
+            in.fail_at(where, "is not an OFF file of points in space: expected OFF, COFF, NOFF or STOFF, found " + quoted(name));
         header.extras = name != "OFF";
         if (in.peek() == "BINARY") in.fail("binary OFF is not supported");
     }
@@ -42,7 +43,8 @@ void read_vertex(Scanner& in, const Header& header, TriangleSoup& soup) {
         point[i] = in.real_here("a coordinate");
     }
     soup.points.push_back(point);
-    if (!header.extras && !in.at_line_end()) in.fail("expected the end of the line after three coordinates (only COFF, NOFF and STOFF have more)");
+    if (!header.extras && !in.at_line_end())
+        in.fail("expected the end of the line after three coordinates (only COFF, NOFF and STOFF have more)");
     while (!in.at_line_end()) in.real_here("a number");
 }
 
@@ -51,7 +53,8 @@ int read_index(Scanner& in, std::size_t num_vertices) {
     const char* where = in.position();
     const std::int64_t index = in.integer_here("a vertex of a face");
     if (index < 0 || index >= static_cast<std::int64_t>(num_vertices))
-        in.fail_at(where, "vertex " + std::to_string(index) + " out of range; there are " + std::to_string(num_vertices) + ", numbered from 0");
+        in.fail_at(where,
+                   "vertex " + std::to_string(index) + " out of range; there are " + std::to_string(num_vertices) + ", numbered from 0");
     return static_cast<int>(index);
 }
 

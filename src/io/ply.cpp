@@ -21,9 +21,9 @@ struct TypeName {
     std::size_t size;
 };
 constexpr TypeName kTypes[] = {
-    {"char", "int8", Type::Int8, 1},     {"uchar", "uint8", Type::UInt8, 1},    {"short", "int16", Type::Int16, 2},
-    {"ushort", "uint16", Type::UInt16, 2}, {"int", "int32", Type::Int32, 4},      {"uint", "uint32", Type::UInt32, 4},
-    {"float", "float32", Type::Float, 4}, {"double", "float64", Type::Double, 8},
+    {"char", "int8", Type::Int8, 1},       {"uchar", "uint8", Type::UInt8, 1},     {"short", "int16", Type::Int16, 2},
+    {"ushort", "uint16", Type::UInt16, 2}, {"int", "int32", Type::Int32, 4},       {"uint", "uint32", Type::UInt32, 4},
+    {"float", "float32", Type::Float, 4},  {"double", "float64", Type::Double, 8},
 };
 
 std::size_t size_of(Type type) { return kTypes[static_cast<int>(type)].size; }
@@ -168,7 +168,8 @@ class TextBody {
     std::int64_t integer(Type) { return in_.integer("an integer"); }
     void skip(Type) { in_.word("a value"); }
     void check_count(std::uint64_t count, std::size_t values) {
-        if (count > in_.remaining() / (2 * values) + 1) fail_at(where(), "expected " + std::to_string(count) + " more entries, found the end of the file");
+        if (count > in_.remaining() / (2 * values) + 1)
+            fail_at(where(), "expected " + std::to_string(count) + " more entries, found the end of the file");
     }
     void finish() {
         if (!in_.at_end()) in_.fail("expected the end of the file, found " + quoted(in_.peek()));
@@ -196,14 +197,21 @@ class BinaryBody {
     }
     std::int64_t integer(Type type) {
         switch (type) {
-            case Type::Int8: return in_.get<std::int8_t>("an integer");
-            case Type::UInt8: return in_.get<std::uint8_t>("an integer");
-            case Type::Int16: return in_.get<std::int16_t>("an integer");
-            case Type::UInt16: return in_.get<std::uint16_t>("an integer");
-            case Type::Int32: return in_.get<std::int32_t>("an integer");
-            case Type::UInt32: return in_.get<std::uint32_t>("an integer");
+            case Type::Int8:
+                return in_.get<std::int8_t>("an integer");
+            case Type::UInt8:
+                return in_.get<std::uint8_t>("an integer");
+            case Type::Int16:
+                return in_.get<std::int16_t>("an integer");
+            case Type::UInt16:
+                return in_.get<std::uint16_t>("an integer");
+            case Type::Int32:
+                return in_.get<std::int32_t>("an integer");
+            case Type::UInt32:
+                return in_.get<std::uint32_t>("an integer");
             case Type::Float:
-            case Type::Double: break;
+            case Type::Double:
+                break;
         }
         in_.fail("expected an integer type");
     }
@@ -264,11 +272,21 @@ TriangleSoup read_body(Body in, const Header& header) {
             Eigen::Vector3d point(0, 0, 0);
             for (const Property& property : element.properties) {
                 switch (property.use) {
-                    case Use::X: point[0] = in.real(property.type); break;
-                    case Use::Y: point[1] = in.real(property.type); break;
-                    case Use::Z: point[2] = in.real(property.type); break;
-                    case Use::Corners: read_corners(in, property, soup, largest); break;
-                    case Use::None: skip_property(in, property); break;
+                    case Use::X:
+                        point[0] = in.real(property.type);
+                        break;
+                    case Use::Y:
+                        point[1] = in.real(property.type);
+                        break;
+                    case Use::Z:
+                        point[2] = in.real(property.type);
+                        break;
+                    case Use::Corners:
+                        read_corners(in, property, soup, largest);
+                        break;
+                    case Use::None:
+                        skip_property(in, property);
+                        break;
                 }
             }
             if (element.name == "vertex") soup.points.push_back(point);
@@ -276,8 +294,8 @@ TriangleSoup read_body(Body in, const Header& header) {
     }
     in.finish();
     if (largest.index >= static_cast<std::int64_t>(soup.points.size()))
-        in.fail_at(largest.where, "vertex " + std::to_string(largest.index) + " out of range; there are " + std::to_string(soup.points.size()) +
-                                      ", numbered from 0");
+        in.fail_at(largest.where, "vertex " + std::to_string(largest.index) + " out of range; there are " +
+                                      std::to_string(soup.points.size()) + ", numbered from 0");
     return soup;
 }
 

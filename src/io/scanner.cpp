@@ -23,12 +23,9 @@ Scanner::Scanner(const std::string& path, std::string_view text, char comment, b
 
 bool Scanner::at_end() {
     while (pos_ != end_) {
-        if (is_space(*pos_))
-            ++pos_;
-        else if (is_comment(pos_))
-            next_line();
-        else
-            return false;
+        if (is_space(*pos_)) ++pos_;
+        else if (is_comment(pos_)) next_line();
+        else return false;
     }
     return true;
 }
@@ -116,7 +113,8 @@ double Scanner::parse_real(const char* what) {
 double Scanner::parse_odd_real(const char* what) {
     const std::string_view found = word_here();
     std::string text(found.substr(0, 1000));
-    std::replace_if(text.begin(), text.end(), [](char c) { return c == 'd' || c == 'D'; }, 'e');
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c == 'd' || c == 'D'; }, 'e');
     const char* first = text.data();
     const char* last = first + text.size();
     if (first != last && *first == '+' && first[1] != '-') ++first;

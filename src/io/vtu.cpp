@@ -13,11 +13,20 @@ std::string escaped(const std::string& text) {
     std::string result;
     for (const char c : text) {
         switch (c) {
-            case '&': result += "&amp;"; break;
-            case '<': result += "&lt;"; break;
-            case '>': result += "&gt;"; break;
-            case '"': result += "&quot;"; break;
-            default: result += c;
+            case '&':
+                result += "&amp;";
+                break;
+            case '<':
+                result += "&lt;";
+                break;
+            case '>':
+                result += "&gt;";
+                break;
+            case '"':
+                result += "&quot;";
+                break;
+            default:
+                result += c;
         }
     }
     return result;
@@ -29,8 +38,8 @@ void check_fields(const std::vector<VtuField>& fields, std::size_t count, const 
         const std::string name = "write_vtu: " + std::string(where) + " field '" + field.name + "'";
         if (field.name.empty() || !names.insert(field.name).second) throw std::invalid_argument(name + ": a name must be given, and once");
         if (field.components < 1 || field.data.size() != count * static_cast<std::size_t>(field.components))
-            throw std::invalid_argument(name + " has " + std::to_string(field.data.size()) + " numbers for " + std::to_string(count) + " times " +
-                                        std::to_string(field.components) + " components");
+            throw std::invalid_argument(name + " has " + std::to_string(field.data.size()) + " numbers for " + std::to_string(count) +
+                                        " times " + std::to_string(field.components) + " components");
     }
 }
 
@@ -50,8 +59,8 @@ class Arrays {
     std::string xml;
 
     void open(const char* type, const std::string& name, int components, std::size_t bytes) {
-        xml += std::string("<DataArray type=\"") + type + "\" Name=\"" + escaped(name) + "\" NumberOfComponents=\"" + std::to_string(components) +
-               "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
+        xml += std::string("<DataArray type=\"") + type + "\" Name=\"" + escaped(name) + "\" NumberOfComponents=\"" +
+               std::to_string(components) + "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
         io::append_bytes(data_, static_cast<std::uint64_t>(bytes));
     }
     template <class Number>
@@ -105,7 +114,8 @@ void write_vtu(const std::string& path, std::span<const Eigen::Vector3d> points,
     arrays.xml =
         "<?xml version=\"1.0\"?>\n"
         "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
-        "<Piece NumberOfPoints=\"" + std::to_string(points.size()) + "\" NumberOfCells=\"" + std::to_string(triangles.size()) + "\">\n";
+        "<Piece NumberOfPoints=\"" +
+        std::to_string(points.size()) + "\" NumberOfCells=\"" + std::to_string(triangles.size()) + "\">\n";
     add_fields(arrays, "PointData", point_fields);
     add_fields(arrays, "CellData", cell_fields);
     add_points(arrays, points);

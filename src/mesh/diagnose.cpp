@@ -65,10 +65,8 @@ void find_duplicate_vertices(const TriangleSoup& soup, Diagnosis& d) {
     std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
     std::vector<Diagnosis::Copy> copies;
     for (std::size_t first = 0, k = 1; k < order.size(); ++k) {
-        if (soup.points[order[k]] == soup.points[order[first]])
-            copies.push_back({order[first], order[k]});
-        else
-            first = k;
+        if (soup.points[order[k]] == soup.points[order[first]]) copies.push_back({order[first], order[k]});
+        else first = k;
     }
     std::sort(copies.begin(), copies.end());
     for (const auto& copy : copies) d.duplicate_vertices.add(copy);
@@ -156,9 +154,8 @@ Topology topology_of(const TriangleSoup& soup, const std::vector<int>& sound) {
         const auto [a, b] = std::minmax({topology.start(side), topology.start(Topology::next(side))});
         topology.uses.push_back({static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint64_t>(b), side});
     }
-    std::sort(topology.uses.begin(), topology.uses.end(), [](const EdgeUse& x, const EdgeUse& y) {
-        return x.edge != y.edge ? x.edge < y.edge : x.side < y.side;
-    });
+    std::sort(topology.uses.begin(), topology.uses.end(),
+              [](const EdgeUse& x, const EdgeUse& y) { return x.edge != y.edge ? x.edge < y.edge : x.side < y.side; });
     return topology;
 }
 
@@ -179,9 +176,7 @@ struct Fans {
 };
 
 /// Corner of the triangle of `side` at `vertex`, an end of the side.
-int corner_at(const Topology& topology, int side, int vertex) {
-    return topology.start(side) == vertex ? side : Topology::next(side);
-}
+int corner_at(const Topology& topology, int side, int vertex) { return topology.start(side) == vertex ? side : Topology::next(side); }
 
 Fans find_edge_faults(const Topology& topology, Diagnosis& d) {
     Fans fans{DisjointSets(3 * topology.triangles.size()), DisjointSets(topology.triangles.size())};
@@ -194,7 +189,8 @@ Fans find_edge_faults(const Topology& topology, Diagnosis& d) {
         // Also across non-manifold edges, whose ends would all be bow ties otherwise.
         for (std::size_t k = 1; k < count; ++k) {
             fans.triangles.merge(uses[0].side / 3, uses[k].side / 3);
-            for (const int vertex : edge) fans.corners.merge(corner_at(topology, uses[0].side, vertex), corner_at(topology, uses[k].side, vertex));
+            for (const int vertex : edge)
+                fans.corners.merge(corner_at(topology, uses[0].side, vertex), corner_at(topology, uses[k].side, vertex));
         }
     });
     return fans;
@@ -293,9 +289,9 @@ bool is_manifold(const Diagnosis& d) { return obstacles(d).empty(); }
 bool is_clean_manifold(const Diagnosis& d) { return is_manifold(d) && blemishes(d).empty(); }
 
 std::string summary(const Diagnosis& d) {
-    std::string text = std::to_string(d.num_points) + " vertices, " + std::to_string(d.num_edges) + " edges, " + std::to_string(d.num_triangles) +
-                       " triangles\n" + std::to_string(d.components) + " components, Euler characteristic " +
-                       std::to_string(d.euler_characteristic) + ", " +
+    std::string text = std::to_string(d.num_points) + " vertices, " + std::to_string(d.num_edges) + " edges, " +
+                       std::to_string(d.num_triangles) + " triangles\n" + std::to_string(d.components) +
+                       " components, Euler characteristic " + std::to_string(d.euler_characteristic) + ", " +
                        (d.closed ? std::string("closed") : std::to_string(d.boundary_loops) + " boundary loops") + "\n";
     for (const std::string& line : obstacles(d)) text += line + "\n";
     for (const std::string& line : blemishes(d)) text += line + "\n";

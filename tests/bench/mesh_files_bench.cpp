@@ -33,7 +33,7 @@ void diagnose(benchmark::State& state) {
 
 }  // namespace
 
-#define GRADUS_FORMAT_BENCH(label, name, ascii)                                            \
+#define GRADUS_FORMAT_BENCH(label, name, ascii)                                  \
     BENCHMARK_CAPTURE(write, label, name, ascii)->Unit(benchmark::kMillisecond); \
     BENCHMARK_CAPTURE(read, label, name, ascii)->Unit(benchmark::kMillisecond)
 

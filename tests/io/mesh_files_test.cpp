@@ -20,7 +20,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
-bool same_bits(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return same_bits(a[0], b[0]) && same_bits(a[1], b[1]) && same_bits(a[2], b[2]); }
+bool same_bits(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return same_bits(a[0], b[0]) && same_bits(a[1], b[1]) && same_bits(a[2], b[2]);
+}
 
 bool same_points(const TriangleSoup& a, const TriangleSoup& b) {
     return std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
@@ -67,8 +69,8 @@ TEST_CASE("every format gives back the same bits", "[io][property]") {
         const char* name;
         bool ascii;
     };
-    for (const auto& [name, ascii] : {Case{"a.mesh", false}, Case{"a.meshb", false}, Case{"a.obj", false}, Case{"a.OFF", false}, Case{"a.ply", false},
-                                      Case{"b.ply", true}}) {
+    for (const auto& [name, ascii] : {Case{"a.mesh", false}, Case{"a.meshb", false}, Case{"a.obj", false}, Case{"a.OFF", false},
+                                      Case{"a.ply", false}, Case{"b.ply", true}}) {
         INFO(name << " ascii " << ascii << " seed " << seed);
         write_mesh(folder / name, soup, {.ascii = ascii});
         const TriangleSoup back = read_mesh(folder / name);
@@ -138,13 +140,14 @@ TEST_CASE("what no reader would take is not written", "[io]") {
 TEST_CASE("Medit files of other tools are read", "[io]") {
     const TemporaryFolder folder;
     SECTION("comments, keywords and counts on one line, signs, Fortran exponents, unknown sections, quadrilaterals") {
-        const TriangleSoup soup = read_text(folder, "a.mesh",
-                                            "\xEF\xBB\xBF# by hand\r\n MeshVersionFormatted 1 Dimension 3\r\n"
-                                            "Geometry \"some file.mesh\"\nAngleOfCornerBound 30.5\n"
-                                            "Triangles 1 1 2 3 7 # before the vertices\n"
-                                            "Normals\n2\n0 0 1\nnan inf 0\n"
-                                            "Vertices 4  0 0 0 1  +1.0D0 0 0 1\n1e0 10d-1 0 1 0 1. 0 1\n"
-                                            "Quadrilaterals\n1\n1 2 3 4 9\nEdges 2 1 2 0 2 3 0 RequiredEdges 1 2 Ridges 1 1 Corners 1 4\nEnd\nleft over");
+        const TriangleSoup soup =
+            read_text(folder, "a.mesh",
+                      "\xEF\xBB\xBF# by hand\r\n MeshVersionFormatted 1 Dimension 3\r\n"
+                      "Geometry \"some file.mesh\"\nAngleOfCornerBound 30.5\n"
+                      "Triangles 1 1 2 3 7 # before the vertices\n"
+                      "Normals\n2\n0 0 1\nnan inf 0\n"
+                      "Vertices 4  0 0 0 1  +1.0D0 0 0 1\n1e0 10d-1 0 1 0 1. 0 1\n"
+                      "Quadrilaterals\n1\n1 2 3 4 9\nEdges 2 1 2 0 2 3 0 RequiredEdges 1 2 Ridges 1 1 Corners 1 4\nEnd\nleft over");
         CHECK(soup.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 1, 2}, {0, 2, 3}});
         CHECK(soup.labels == std::vector{7, 9, 9});
         CHECK(soup.points[2] == Eigen::Vector3d(1, 1, 0));
@@ -152,8 +155,8 @@ TEST_CASE("Medit files of other tools are read", "[io]") {
         CHECK(soup.corners == std::vector{3});
     }
     SECTION("a planar mesh") {
-        const TriangleSoup soup =
-            read_text(folder, "a.mesh", "MeshVersionFormatted 2\n\nDimension\n2\nVertices\n3\n0 0 0\n1 0 0\n1 2.5 0\nTriangles\n1\n1 2 3 0\n");
+        const TriangleSoup soup = read_text(
+            folder, "a.mesh", "MeshVersionFormatted 2\n\nDimension\n2\nVertices\n3\n0 0 0\n1 0 0\n1 2.5 0\nTriangles\n1\n1 2 3 0\n");
         CHECK(soup.points[2] == Eigen::Vector3d(1, 2.5, 0));
         CHECK(soup.labels.empty());
     }
@@ -197,11 +200,12 @@ TEST_CASE("Medit files of other tools are read", "[io]") {
 
 TEST_CASE("OBJ in all its spellings is read", "[io]") {
     const TemporaryFolder folder;
-    const TriangleSoup soup = read_text(folder, "a.obj",
-                                        "# comment \\\nmtllib x.mtl\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0 .5 .5 .5 # colour\r\nv 0 \\\n 1 0\n"
-                                        "vt 0 0\nvn 0 0 1\nvp 1\ng a b\nusemtl m\ns off\n"
-                                        "f 1 2 3 4\nf 1/1 2/1 3/1\nf 1//1 2//1 \\\n3//1\nf 1/1/1 2/1/1 3/1/1\r\nf -4 -3 -2#x\n  f\t+1 2/ 3\nl 1 2\nf 5 6 7\n"
-                                        "v 2 0 0\nv 3 0 0\nv 3 1 0");
+    const TriangleSoup soup =
+        read_text(folder, "a.obj",
+                  "# comment \\\nmtllib x.mtl\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0 .5 .5 .5 # colour\r\nv 0 \\\n 1 0\n"
+                  "vt 0 0\nvn 0 0 1\nvp 1\ng a b\nusemtl m\ns off\n"
+                  "f 1 2 3 4\nf 1/1 2/1 3/1\nf 1//1 2//1 \\\n3//1\nf 1/1/1 2/1/1 3/1/1\r\nf -4 -3 -2#x\n  f\t+1 2/ 3\nl 1 2\nf 5 6 7\n"
+                  "v 2 0 0\nv 3 0 0\nv 3 1 0");
     CHECK(soup.points.size() == 7);
     CHECK(soup.points[3] == Eigen::Vector3d(0, 1, 0));
     const Triangle t{0, 1, 2};
@@ -212,7 +216,8 @@ TEST_CASE("OFF in all its spellings is read", "[io]") {
     const TemporaryFolder folder;
     const std::string text = GENERATE("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n",
                                       "OFF 4 1 0 # counts here\n\n0 0 0\n\n1 0 0 # a\n1 1 0\n0 1 0\n4 0 1 2 3 255 0 0\n\n",
-                                      "4 1 4\r\n0 0 0\r\n1 0 0\r\n1 1 0\r\n0 1 0\r\n4 0 1 2 3\r\n", "# x\nOFF\n# y\n4 1\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 .5 .5 .5 1",
+                                      "4 1 4\r\n0 0 0\r\n1 0 0\r\n1 1 0\r\n0 1 0\r\n4 0 1 2 3\r\n",
+                                      "# x\nOFF\n# y\n4 1\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 .5 .5 .5 1",
                                       "COFF\n4 1 0\n0 0 0 255 0 0 255\n1 0 0 255 0 0 255\n1 1 0 0 0 0 0\n0 1 0 1 1 1 1\n4 0 1 2 3\n",
                                       "NOFF\n4 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n1 1 0 0 0 1\n0 1 0 0 0 1\n4 0 1 2 3\n",
                                       "STCNOFF\n4 1 0\n0 0 0 0 0 1 1 1 1 1 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n");
@@ -224,12 +229,12 @@ TEST_CASE("OFF in all its spellings is read", "[io]") {
 TEST_CASE("PLY with any properties in any order is read", "[io]") {
     const TemporaryFolder folder;
     SECTION("text") {
-        const TriangleSoup soup =
-            read_text(folder, "a.ply",
-                      "ply\r\nformat ascii 1.0\r\ncomment property list\r\nobj_info x\r\nelement extra 2\r\nproperty list uchar float odd\r\n"
-                      "element face 1\r\nproperty uchar red\r\nproperty list uchar uint vertex_index\r\nproperty list int8 int16 more\r\n"
-                      "element vertex 4\r\nproperty float z\r\nproperty uchar red\r\nproperty float32 y\r\nproperty double x\r\nelement none 0\r\n"
-                      "property int a\r\nend_header\r\n0\r\n2 1.5 nan\r\n255 4 0 1 2 3 2 7 8\r\n0 9 0 0\r\n0 9 0 1\r\n0 9 1 1\r\n0.1 9 1 0\r\n");
+        const TriangleSoup soup = read_text(
+            folder, "a.ply",
+            "ply\r\nformat ascii 1.0\r\ncomment property list\r\nobj_info x\r\nelement extra 2\r\nproperty list uchar float odd\r\n"
+            "element face 1\r\nproperty uchar red\r\nproperty list uchar uint vertex_index\r\nproperty list int8 int16 more\r\n"
+            "element vertex 4\r\nproperty float z\r\nproperty uchar red\r\nproperty float32 y\r\nproperty double x\r\nelement none 0\r\n"
+            "property int a\r\nend_header\r\n0\r\n2 1.5 nan\r\n255 4 0 1 2 3 2 7 8\r\n0 9 0 0\r\n0 9 0 1\r\n0 9 1 1\r\n0.1 9 1 0\r\n");
         CHECK(soup.triangles == kTwo);
         CHECK(soup.points[3] == Eigen::Vector3d(0, 1, 0.1));
     }
@@ -237,7 +242,8 @@ TEST_CASE("PLY with any properties in any order is read", "[io]") {
         const bool big = GENERATE(false, true);
         std::string bytes = std::string("ply\nformat ") + (big ? "binary_big_endian" : "binary_little_endian") +
                             " 1.0\nelement vertex 4\nproperty short x\nproperty float y\nproperty char s\nproperty float64 z\n"
-                            "element face 1\nproperty list ushort short vertex_indices\nproperty double q\nelement tail 1\nproperty list int char c\nend_header\n";
+                            "element face 1\nproperty list ushort short vertex_indices\nproperty double q\nelement tail 1\nproperty list "
+                            "int char c\nend_header\n";
         const double xyz[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0.1}};
         for (const auto& [x, y, z] : xyz) {
             put(bytes, std::int16_t(x), big);
@@ -258,134 +264,152 @@ TEST_CASE("PLY with any properties in any order is read", "[io]") {
 
 TEST_CASE("STL is welded where coordinates are equal", "[io]") {
     const TemporaryFolder folder;
-    const TriangleSoup soup = read_text(folder, "a.stl",
-                                        "solid a name of\tmany words\n FACET NORMAL nan nan nan\n OUTER LOOP\nvertex 0 0 0\nvertex 1 0 0\nvertex 1e0 1 0\n"
-                                        "endloop\nendfacet\nendsolid a name\nsolid\nfacet normal 0 0 1\nouter loop vertex -0 0 0 vertex 1 1 0\n"
-                                        "vertex 0 1 1e-300\nendloop endfacet\nendsolid");
+    const TriangleSoup soup =
+        read_text(folder, "a.stl",
+                  "solid a name of\tmany words\n FACET NORMAL nan nan nan\n OUTER LOOP\nvertex 0 0 0\nvertex 1 0 0\nvertex 1e0 1 0\n"
+                  "endloop\nendfacet\nendsolid a name\nsolid\nfacet normal 0 0 1\nouter loop vertex -0 0 0 vertex 1 1 0\n"
+                  "vertex 0 1 1e-300\nendloop endfacet\nendsolid");
     CHECK(soup.triangles == kTwo);
     CHECK(diagnose(soup).components == 1);
 }
 
 TEST_CASE("a text of numbers is read exactly rounded", "[io][exact]") {
     const TemporaryFolder folder;
-    const TriangleSoup soup = read_text(folder, "a.obj",
-                                        "v 0.1000000000000000055511151231257827021181583404541015625 9007199254740993 1e-400\n"
-                                        "v -1e-4000 2.2250738585072011e-308 179769313486231570000000000000000000000000000000000000000e252\n");
+    const TriangleSoup soup =
+        read_text(folder, "a.obj",
+                  "v 0.1000000000000000055511151231257827021181583404541015625 9007199254740993 1e-400\n"
+                  "v -1e-4000 2.2250738585072011e-308 179769313486231570000000000000000000000000000000000000000e252\n");
     CHECK(soup.points[0] == Eigen::Vector3d(0.1, 9007199254740992.0, 0));
     CHECK(soup.points[1] == Eigen::Vector3d(0, 2.2250738585072011e-308, 1.7976931348623157e308));
 }
 
-TEST_CASE("malformed files are refused with the path and the line", "[io]") {
-    struct Case {
-        const char* name;
-        std::string contents;
-        int line;
-        const char* says;
-    };
-    const std::string mesh = "MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 0 0\n1 0 0 0\n0 1 0 0\n";
-    const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
-    const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
-    const std::string solid = "solid\nfacet normal 0 0 1\nouter loop\n";
-    const std::string sol = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n";
-    const Case test = GENERATE_REF(values<Case>({
-        {"a.mesh", "", 0, "empty"},
-        {"a.mesh", "solid", 1, "MeshVersionFormatted"},
-        {"a.mesh", "MeshVersionFormatted 9\n", 1, "version"},
-        {"a.mesh", "MeshVersionFormatted 2\nDimension 4\n", 2, "dimension"},
-        {"a.mesh", mesh, 7, "no Triangles"},
-        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nTriangles\n0\nEnd\n", 5, "no Vertices"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 4 0\n", 10, "vertex 4; there are 3"},
-        {"a.mesh", mesh + "Triangles\n1\n1 0 2 0\n", 10, "vertex 0"},
-        {"a.mesh", mesh + "Triangles\n2\n1 2 3 0\nEnd\n", 11, "found 'End'"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\n1 2 3 0\nEnd\n", 11, "more entries"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2\n", 10, "end of the file"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2.5 3 0\n", 10, "'2.5'"},
-        {"a.mesh", mesh + "Triangles\n-1\n", 9, "negative"},
-        {"a.mesh", mesh + "Triangles\n1000000000000000000\n1 2 3 0\n", 9, "more than the rest"},
-        {"a.mesh", mesh + "Triangles\n99999999999999999999\n1 2 3 0\n", 9, "'9999"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nEdges\n1\n1 4 0\n", 13, "vertex 4"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nRidges\n1\n1\n", 13, "edge 1; there are 0"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nCorners\n1\n4\n", 13, "vertex 4"},
-        {"a.mesh", mesh + "Triangles\n1\n1 2 3 0\nVerticesOnGeometricTriangles\n1\n1 1 nan 0 0\n", 13, "not finite"},
-        {"a.mesh", mesh + mesh, 11, "second Vertices"},
-        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 nan 0 0\n", 5, "not finite"},
-        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 1e400 0 0\n", 5, "beyond double"},
-        {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 0x 0 0\n", 5, "'0x'"},
-        {"a.mesh", sol + "1\n1 1\n1\nEnd\n", 4, "sizes"},
-        {"a.obj", "# nothing\n", 1, "no vertex"},
-        {"a.obj", "v 0 0 0\nv 0 1\n", 2, "end of the line"},
-        {"a.obj", "v 0 0 0\nv 0 1 zero\n", 2, "'zero'"},
-        {"a.obj", "v 0 0 0\nv 0 1 inf\n", 2, "not finite"},
-        {"a.obj", "v 0 0 0 red\n", 1, "'red'"},
-        {"a.obj", "v 0 0 0\nf 1 1\n", 2, "at least 3"},
-        {"a.obj", "v 0 0 0\n\nf 1 1 2\nv 0 0", 4, "end of the file"},
-        {"a.obj", "v 0 0 0\n\nf 1 1 2\n", 3, "vertex 2 out of range; there are 1"},
-        {"a.obj", "v 0 0 0\nf 1 1 0\n", 2, "vertex 0"},
-        {"a.obj", "v 0 0 0\nf 1 1 -2\n", 2, "vertex -2"},
-        {"a.obj", "v 0 0 0\nf 1 1 99999999999999999999\n", 2, "out of range"},
-        {"a.obj", "v 0 0 0\nf 1 \\\n1 a\n", 3, "'a'"},
-        {"a.obj", "v 0 0 0\nf 1/1/1/1 1 1\n", 2, "vertex of a face"},
-        {"a.off", "PLY\n", 1, "OFF"},
-        {"a.off", "nOFF\n3\n", 1, "OFF"},
-        {"a.off", "OFF BINARY\n", 1, "binary"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n", 4, "end of the file"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n", 5, "end of the file"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 6, "vertex 3"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", 6, "at least 3"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n2\n", 6, "end of the line"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n", 7, "after 1 faces"},
-        {"a.off", "OFF\n3 1 0\n0 0 0 1\n1 0 0\n0 1 0\n3 0 1 2\n", 3, "end of the line"},
-        {"a.off", "OFF\n1000000000 1 0\n0 0 0\n", 2, "more than the rest"},
-        {"a.ply", "plx\n", 1, "PLY"},
-        {"a.ply", "ply\nformat ascii 2.0\n", 2, "1.0"},
-        {"a.ply", "ply\nformat text 1.0\n", 2, "'text'"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n", 4, "'real'"},
-        {"a.ply", "ply\nformat ascii 1.0\nproperty float x\n", 3, "unexpected"},
-        {"a.ply", ply + "end_header\n", 7, "no element face"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 13, "vertex 3"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", 13, "vertex -1"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", 13, "at least 3"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n", 12, "end of the file"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n7\n", 14, "end of the file"},
-        {"a.ply", ply + faces + "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n", 11, "not finite"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1000000000000\nproperty float x\n", 3, "more than the rest"},
-        {"a.stl", "solid\nfacet normal 0 0 1\nouter lop\n", 3, "expected loop"},
-        {"a.stl", solid + "vertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n", 6, "expected vertex"},
-        {"a.stl", solid + "vertex 0 0 0\nvertex 1 0 inf\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n", 5, "not finite"},
-        {"a.stl", solid + "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n", 8, "endsolid"},
-        {"a.stl", std::string(84, 'x'), 0, "number of triangles"},
-        {"a.stl", "short", 0, "end of the file"},
-        {"a.stl", std::string(80, ' ') + std::string("\1\0\0\0", 4) + std::string(49, '\0'), 0, "more than the rest"},
-        {"a.stl", std::string(80, ' ') + std::string("\1\0\0\0", 4) + std::string(51, '\0'), 0, "room for"},
-        {"a.meshb", "abc", 0, "end of the file"},
-        {"a.meshb", "abcdefgh", 0, "not a binary Medit"},
-        {"a.meshb", std::string("\1\0\0\0\2\0\0\0\4\0\0\0\0\0\0\0", 16), 0, "ends before it starts"},
-        {"a.sol", sol + "2\n1 1\n1\n0\n", 7, "must be > 0"},
-        {"a.sol", sol + "2\n1 1\n1\n-1\n", 7, "must be > 0"},
-        {"a.sol", sol + "2\n1 1\n1\nnan\n", 7, "must be > 0"},
-        {"a.sol", sol + "2\n1 3\n1 1\n", 5, "one scalar"},
-        {"a.sol", sol + "2\n1 1\n1\n", 6, "end of the file"},
-        {"a.sol", sol + "2\n1 1\n1 1 1\n", 6, "more entries"},
-        {"a.sol", sol + "3\n1 1\n1 1 1\n", 4, "holds 3 sizes, but 2"},
-        {"a.sol", sol + "1000000000000\n", 4, "more than the rest"},
-        {"a.sol", "MeshVersionFormatted 2\nDimension 3\nEnd\n", 3, "no SolAtVertices"},
-        {"a.xyz", "1 2 3\n", 0, ".xyz"},
-    }));
-    const TemporaryFolder folder;
-    const std::string path = folder / test.name;
-    support::spill(path, test.contents);
-    INFO(test.name << "\n" << test.contents);
+namespace {
+
+struct Malformed {
+    const char* name;
+    const char* start;  ///< well formed, then
+    const char* rest;
+    int line;
+    const char* says;
+};
+
+#define GRADUS_PLY "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+constexpr const char* kMesh = "MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 0 0\n1 0 0 0\n0 1 0 0\n";
+constexpr const char* kPly = GRADUS_PLY;
+constexpr const char* kPlyFaces = GRADUS_PLY "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+constexpr const char* kSolid = "solid\nfacet normal 0 0 1\nouter loop\n";
+constexpr const char* kSol = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n";
+
+constexpr Malformed kMalformed[] = {
+    {"a.mesh", "", "", 0, "empty"},
+    {"a.mesh", "", "solid", 1, "MeshVersionFormatted"},
+    {"a.mesh", "", "MeshVersionFormatted 9\n", 1, "version"},
+    {"a.mesh", "", "MeshVersionFormatted 2\nDimension 4\n", 2, "dimension"},
+    {"a.mesh", kMesh, "", 7, "no Triangles"},
+    {"a.mesh", "", "MeshVersionFormatted 2\nDimension 3\nTriangles\n0\nEnd\n", 5, "no Vertices"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 4 0\n", 10, "vertex 4; there are 3"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 0 2 0\n", 10, "vertex 0"},
+    {"a.mesh", kMesh, "Triangles\n2\n1 2 3 0\nEnd\n", 11, "found 'End'"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\n1 2 3 0\nEnd\n", 11, "more entries"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2\n", 10, "end of the file"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2.5 3 0\n", 10, "'2.5'"},
+    {"a.mesh", kMesh, "Triangles\n-1\n", 9, "negative"},
+    {"a.mesh", kMesh, "Triangles\n1000000000000000000\n1 2 3 0\n", 9, "more than the rest"},
+    {"a.mesh", kMesh, "Triangles\n99999999999999999999\n1 2 3 0\n", 9, "'9999"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nEdges\n1\n1 4 0\n", 13, "vertex 4"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nRidges\n1\n1\n", 13, "edge 1; there are 0"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nCorners\n1\n4\n", 13, "vertex 4"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nVerticesOnGeometricTriangles\n1\n1 1 nan 0 0\n", 13, "not finite"},
+    {"a.mesh", kMesh, kMesh, 11, "second Vertices"},
+    {"a.mesh", "", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 nan 0 0\n", 5, "not finite"},
+    {"a.mesh", "", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 1e400 0 0\n", 5, "beyond double"},
+    {"a.mesh", "", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 0x 0 0\n", 5, "'0x'"},
+    {"a.mesh", kSol, "1\n1 1\n1\nEnd\n", 4, "sizes"},
+    {"a.obj", "", "# nothing\n", 1, "no vertex"},
+    {"a.obj", "", "v 0 0 0\nv 0 1\n", 2, "end of the line"},
+    {"a.obj", "", "v 0 0 0\nv 0 1 zero\n", 2, "'zero'"},
+    {"a.obj", "", "v 0 0 0\nv 0 1 inf\n", 2, "not finite"},
+    {"a.obj", "", "v 0 0 0 red\n", 1, "'red'"},
+    {"a.obj", "", "v 0 0 0\nf 1 1\n", 2, "at least 3"},
+    {"a.obj", "", "v 0 0 0\n\nf 1 1 2\nv 0 0", 4, "end of the file"},
+    {"a.obj", "", "v 0 0 0\n\nf 1 1 2\n", 3, "vertex 2 out of range; there are 1"},
+    {"a.obj", "", "v 0 0 0\nf 1 1 0\n", 2, "vertex 0"},
+    {"a.obj", "", "v 0 0 0\nf 1 1 -2\n", 2, "vertex -2"},
+    {"a.obj", "", "v 0 0 0\nf 1 1 99999999999999999999\n", 2, "out of range"},
+    {"a.obj", "", "v 0 0 0\nf 1 \\\n1 a\n", 3, "'a'"},
+    {"a.obj", "", "v 0 0 0\nf 1/1/1/1 1 1\n", 2, "vertex of a face"},
+    {"a.off", "", "PLY\n", 1, "OFF"},
+    {"a.off", "", "nOFF\n3\n", 1, "OFF"},
+    {"a.off", "", "OFF BINARY\n", 1, "binary"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n", 4, "end of the file"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n", 5, "end of the file"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 6, "vertex 3"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", 6, "at least 3"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n2\n", 6, "end of the line"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n", 7, "after 1 faces"},
+    {"a.off", "", "OFF\n3 1 0\n0 0 0 1\n1 0 0\n0 1 0\n3 0 1 2\n", 3, "end of the line"},
+    {"a.off", "", "OFF\n1000000000 1 0\n0 0 0\n", 2, "more than the rest"},
+    {"a.ply", "", "plx\n", 1, "PLY"},
+    {"a.ply", "", "ply\nformat ascii 2.0\n", 2, "1.0"},
+    {"a.ply", "", "ply\nformat text 1.0\n", 2, "'text'"},
+    {"a.ply", "", "ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n", 4, "'real'"},
+    {"a.ply", "", "ply\nformat ascii 1.0\nproperty float x\n", 3, "unexpected"},
+    {"a.ply", kPly, "end_header\n", 7, "no element face"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", 13, "vertex 3"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", 13, "vertex -1"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", 13, "at least 3"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 0\n0 1 0\n", 12, "end of the file"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n7\n", 14, "end of the file"},
+    {"a.ply", kPlyFaces, "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n", 11, "not finite"},
+    {"a.ply", "", "ply\nformat ascii 1.0\nelement vertex 1000000000000\nproperty float x\n", 3, "more than the rest"},
+    {"a.stl", "", "solid\nfacet normal 0 0 1\nouter lop\n", 3, "expected loop"},
+    {"a.stl", kSolid, "vertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n", 6, "expected vertex"},
+    {"a.stl", kSolid, "vertex 0 0 0\nvertex 1 0 inf\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n", 5, "not finite"},
+    {"a.stl", kSolid, "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n", 8, "endsolid"},
+    {"a.stl", "", "short", 0, "end of the file"},
+    {"a.meshb", "", "abc", 0, "end of the file"},
+    {"a.meshb", "", "abcdefgh", 0, "not a binary Medit"},
+    {"a.sol", kSol, "2\n1 1\n1\n0\n", 7, "must be > 0"},
+    {"a.sol", kSol, "2\n1 1\n1\n-1\n", 7, "must be > 0"},
+    {"a.sol", kSol, "2\n1 1\n1\nnan\n", 7, "must be > 0"},
+    {"a.sol", kSol, "2\n1 3\n1 1\n", 5, "one scalar"},
+    {"a.sol", kSol, "2\n1 1\n1\n", 6, "end of the file"},
+    {"a.sol", kSol, "2\n1 1\n1 1 1\n", 6, "more entries"},
+    {"a.sol", kSol, "3\n1 1\n1 1 1\n", 4, "holds 3 sizes, but 2"},
+    {"a.sol", kSol, "1000000000000\n", 4, "more than the rest"},
+    {"a.sol", "", "MeshVersionFormatted 2\nDimension 3\nEnd\n", 3, "no SolAtVertices"},
+    {"a.xyz", "", "1 2 3\n", 0, ".xyz"},
+};
+
+void check_refused(const TemporaryFolder& folder, const std::string& name, const std::string& contents, int line, const char* says) {
+    const std::string path = folder / name;
+    support::spill(path, contents);
+    INFO(name << "\n" << contents);
     try {
-        if (std::string(test.name) == "a.sol")
-            read_sizes(path, 2);
-        else
-            read_mesh(path);
-        FAIL("was accepted");
+        if (name == "a.sol") read_sizes(path, 2);
+        else read_mesh(path);
+        FAIL_CHECK("was accepted");
     } catch (const IoError& error) {
         CHECK(error.path() == path);
-        CHECK(error.line() == test.line);
-        CHECK_THAT(error.what(), Catch::StartsWith(path + ":") && Catch::Contains(test.says));
+        CHECK(error.line() == line);
+        CHECK_THAT(error.what(), Catch::StartsWith(path + ":") && Catch::Contains(says));
     }
+}
+
+}  // namespace
+
+TEST_CASE("malformed texts are refused with the path and the line", "[io]") {
+    const TemporaryFolder folder;
+    for (const auto& [name, start, rest, line, says] : kMalformed) check_refused(folder, name, std::string(start) + rest, line, says);
+}
+
+TEST_CASE("malformed binary files are refused with the path and the byte", "[io]") {
+    const TemporaryFolder folder;
+    const std::string one("\1\0\0\0", 4), header = std::string(80, ' ') + one;
+    check_refused(folder, "a.stl", std::string(84, 'x'), 0, "number of triangles");
+    check_refused(folder, "a.stl", header + std::string(49, '\0'), 0, "more than the rest");
+    check_refused(folder, "a.stl", header + std::string(51, '\0'), 0, "room for");
+    check_refused(folder, "a.meshb", std::string("\1\0\0\0\2\0\0\0\4\0\0\0\0\0\0\0", 16), 0, "ends before it starts");
 }
 
 TEST_CASE("missing files and folders are refused", "[io]") {
@@ -407,8 +431,14 @@ TEST_CASE("damaged files are refused or give a soup that can be diagnosed", "[io
     const std::vector<double> sizes(soup.points.size(), 0.3);
 
     std::vector<std::pair<std::string, std::string>> files;  // name, contents
-    for (const auto& [name, ascii] : {std::pair{"a.mesh", false}, {"a.meshb", false}, {"a.obj", false}, {"a.off", false}, {"a.ply", false}, {"a.ply", true},
-                                      {"a.stl", false}, {"a.stl", true}}) {
+    for (const auto& [name, ascii] : {std::pair{"a.mesh", false},
+                                      {"a.meshb", false},
+                                      {"a.obj", false},
+                                      {"a.off", false},
+                                      {"a.ply", false},
+                                      {"a.ply", true},
+                                      {"a.stl", false},
+                                      {"a.stl", true}}) {
         write_mesh(folder / name, soup, {.ascii = ascii});
         files.emplace_back(name, read_file(folder / name));
     }

@@ -68,7 +68,8 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) quality.push_back(1.0 / (1.0 + static_cast<double>(t)));
     write_vtu(folder / "ours.vtu", soup.points, soup.triangles, {{"size", 1, size}, {"grad<h>", 3, gradient}}, {{"quality", 1, quality}});
 
-    const std::string command = "/usr/bin/python3 '" GRADUS_MESHIO_CHECK "' '" + folder.path().string() + "' > '" + (folder / "log") + "' 2>&1";
+    const std::string command =
+        "/usr/bin/python3 '" GRADUS_MESHIO_CHECK "' '" + folder.path().string() + "' > '" + (folder / "log") + "' 2>&1";
     const int status = std::system(command.c_str());
     INFO(read_file(folder / "log"));
     REQUIRE(status == 0);

@@ -15,7 +15,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::size_t num_files(const fs::path& folder) { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator())); }
+std::size_t num_files(const fs::path& folder) {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
 
 /// Files of this process may not grow beyond `bytes`: a full disk, as far as a writer sees.
 class FullDisk {

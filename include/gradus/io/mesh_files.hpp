@@ -18,11 +18,11 @@
 /// file), u, v, distance (written as 0, not read). Planar files (Dimension 2) get z = 0. Other sections are passed over.
 #pragma once
 
-#include "gradus/mesh/soup.hpp"
-
 #include <span>
 #include <string>
 #include <vector>
+
+#include "gradus/mesh/soup.hpp"
 
 namespace gradus {
 

@@ -1,11 +1,11 @@
 /// Triangles with fields on points and cells for ParaView: VTK's unstructured grid in XML, `.vtu`.
 #pragma once
 
-#include "gradus/mesh/tri_mesh.hpp"
-
 #include <span>
 #include <string>
 #include <vector>
+
+#include "gradus/mesh/tri_mesh.hpp"
 
 namespace gradus {
 

@@ -1,12 +1,12 @@
 /// What is wrong with an indexed set of triangles, and the way from it to a mesh.
 #pragma once
 
-#include "gradus/mesh/soup.hpp"
-
 #include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
+
+#include "gradus/mesh/soup.hpp"
 
 namespace gradus {
 
@@ -33,16 +33,16 @@ struct Diagnosis {
     std::size_t num_triangles = 0;  ///< sound or not
     std::size_t num_edges = 0;      ///< of sound triangles
 
-    Findings<int> bad_numbers;           ///< vertices with a coordinate that is infinite or not a number
-    Findings<int> out_of_range;          ///< triangles with an index that is no vertex
-    Findings<int> repeated_index;        ///< triangles that have a vertex twice
-    Findings<int> zero_area;             ///< other triangles whose corners are on a line, to within rounding of the coordinates
-    Findings<Copy> duplicate_triangles;  ///< same three vertices, in any order
-    Findings<Copy> duplicate_vertices;   ///< same coordinates, bit by bit but for the sign of 0
-    Findings<int> unused_vertices;       ///< in no triangle
-    Findings<Edge> non_manifold_edges;   ///< with three triangles or more
-    Findings<Edge> inconsistent_edges;   ///< with two triangles that run along it in the same direction
-    Findings<int> non_manifold_vertices; ///< bow ties: more than one fan of triangles
+    Findings<int> bad_numbers;            ///< vertices with a coordinate that is infinite or not a number
+    Findings<int> out_of_range;           ///< triangles with an index that is no vertex
+    Findings<int> repeated_index;         ///< triangles that have a vertex twice
+    Findings<int> zero_area;              ///< other triangles whose corners are on a line, to within rounding of the coordinates
+    Findings<Copy> duplicate_triangles;   ///< same three vertices, in any order
+    Findings<Copy> duplicate_vertices;    ///< same coordinates, bit by bit but for the sign of 0
+    Findings<int> unused_vertices;        ///< in no triangle
+    Findings<Edge> non_manifold_edges;    ///< with three triangles or more
+    Findings<Edge> inconsistent_edges;    ///< with two triangles that run along it in the same direction
+    Findings<int> non_manifold_vertices;  ///< bow ties: more than one fan of triangles
 
     std::size_t boundary_edges = 0;
     std::size_t boundary_loops = 0;  ///< of the surface cut open at bow ties
