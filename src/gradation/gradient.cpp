@@ -4,9 +4,9 @@
 #include "monotone_queue.hpp"
 #include "vertex_graph.hpp"
 
-#include <cstdlib>
 #include <optional>
 #include <queue>
+#include <tuple>
 
 namespace gradus {
 
@@ -69,6 +69,31 @@ std::optional<double> largest_at(const Frame& f, double a, double b, double boun
     return a + k * f.s + f.d * std::sqrt(room);
 }
 
+/// Two corners rise by y above the smallest one, with the gradient y[0] g[0] + y[1] g[1]. The nearest rises whose gradient has the
+/// norm `bound`, where a change of y[1] counts `weight` times.
+/// @pre the gradient is longer than the bound
+std::array<double, 2> nearest_rises(const std::array<Eigen::Vector3d, 2>& g, const std::array<double, 2>& y, double weight, double bound) {
+    // With z = (y[0], root y[1]) it is the nearest point of the ellipse z.Qz = bound^2, (I + lambda Q)^-1 z.
+    const double root = std::sqrt(weight);
+    const double q00 = g[0].squaredNorm(), q01 = g[0].dot(g[1]) / root, q11 = g[1].squaredNorm() / weight;
+    const double mean = .5 * (q00 + q11), half = .5 * (q00 - q11), radius = std::hypot(half, q01);
+    const double large = mean + radius, small = std::max(mean - radius, 0.);
+    const double angle = .5 * std::atan2(q01, half), c = std::cos(angle), s = std::sin(angle);
+    const double p = c * y[0] + s * root * y[1], q = -s * y[0] + c * root * y[1];
+    double lambda = 0;
+    // Newton on 1 / norm(lambda), which is nearly linear and concave: from 0 it rises to the root in a few steps.
+    for (int i = 0; i < 60; ++i) {
+        const double P = p / (1 + lambda * large), Q = q / (1 + lambda * small);
+        const double norm2 = large * P * P + small * Q * Q;
+        const double slope = large * large * P * P / (1 + lambda * large) + small * small * Q * Q / (1 + lambda * small);
+        const double step = norm2 / slope * (std::sqrt(norm2) / bound - 1);
+        lambda += step;
+        if (std::abs(step) <= 1e-12 * lambda) break;
+    }
+    const double P = p / (1 + lambda * large), Q = q / (1 + lambda * small);
+    return {c * P - s * Q, (s * P + c * Q) / root};
+}
+
 class GradientLimiter {
   public:
     GradientLimiter(const TriMesh& mesh, double bound, std::span<double> size, std::vector<char> required)
@@ -80,20 +105,27 @@ class GradientLimiter {
     GradientReduction report();
 
   private:
+    /// Triangles in the order of their corners' sizes, smallest first: an order that does not depend on how they are numbered.
     struct Steep {
-        double smallest;
+        std::array<double, 3> sizes;
         int triangle;
-        bool operator<(const Steep& other) const {
-            return smallest > other.smallest || (smallest == other.smallest && triangle > other.triangle);
-        }
+        bool operator<(const Steep& other) const { return std::tie(other.sizes, other.triangle) < std::tie(sizes, triangle); }
     };
 
+    Steep steep(int t) const {
+        const auto& [a, b, c] = corners_.triangles[t];
+        Steep s{{size_[a], size_[b], size_[c]}, t};
+        std::sort(s.sizes.begin(), s.sizes.end());
+        return s;
+    }
     bool may_lower(int v) const { return required_.empty() || !required_[v]; }
     /// Norm of the gradient of a triangle; without area, the largest slope of its edges.
     double steepness(int t) const;
     /// What `steepness` can be off by, because sizes are rounded.
     double rounding(int t) const;
     bool too_steep(int t) const { return steepness(t) > bound_ * (1 + kTolerance / 2) + rounding(t); }
+    /// Rises of the corners b and c above the smallest corner a, at least cost, after which the triangle is not too steep.
+    std::array<double, 2> flat_rises(int a, int b, int c) const;
     /// Lowers the corners of a triangle that is too steep. @returns the corners that changed, -1 for none
     std::array<int, 2> flatten_triangle(int t);
     /// Largest size at a vertex that its input and its triangles allow.
@@ -162,15 +194,39 @@ double GradientLimiter::rounding(int t) const {
     return 4e-16 * std::max({size_[a], size_[b], size_[c]}) * longest / area2;
 }
 
+std::array<double, 2> GradientLimiter::flat_rises(int a, int b, int c) const {
+    const auto& p = corners_.points;
+    const std::array<double, 2> rise{size_[b] - size_[a], size_[c] - size_[a]};
+    const Eigen::Vector3d ab = p[b] - p[a], ac = p[c] - p[a], normal = ab.cross(ac);
+    const double area2 = normal.squaredNorm();
+    if (area2 == 0) return rise;
+    // A size h asks for h^-2 elements per area, so lowering it costs in proportion to h^-3.
+    const std::array<Eigen::Vector3d, 2> g{Eigen::Vector3d(ac.cross(normal) / area2), Eigen::Vector3d(normal.cross(ab) / area2)};
+    std::array<double, 2> flat = nearest_rises(g, rise, std::pow(size_[b] / size_[c], 3), bound_);
+    // Sizes are only lowered: where the nearest point would raise one corner, it stays and the other takes what is left.
+    if (flat[0] > rise[0]) {
+        flat = {rise[0], largest_at(Frame(p[a], p[b], p[c]), size_[a], size_[b], bound_).value_or(size_[a]) - size_[a]};
+    } else if (flat[1] > rise[1]) {
+        flat = {largest_at(Frame(p[a], p[c], p[b]), size_[a], size_[c], bound_).value_or(size_[a]) - size_[a], rise[1]};
+    }
+    return {std::clamp(flat[0], 0., rise[0]), std::clamp(flat[1], 0., rise[1])};
+}
+
 std::array<int, 2> GradientLimiter::flatten_triangle(int t) {
     std::array<int, 3> v = corners_.triangles[t];
     std::sort(v.begin(), v.end(), [&](int p, int q) { return size_[p] < size_[q]; });
     const auto& [a, b, c] = v;
     if (may_lower(b) && may_lower(c)) {
-        const double scale = bound_ / steepness(t);
         const double b_before = size_[b], c_before = size_[c];
-        size_[b] = size_[a] + (size_[b] - size_[a]) * scale;
-        size_[c] = size_[a] + (size_[c] - size_[a]) * scale;
+        const std::array<double, 2> rise = flat_rises(a, b, c);
+        const auto lower_to = [&](double share) {
+            size_[b] = std::min(b_before, size_[a] + share * rise[0]);
+            size_[c] = std::min(c_before, size_[a] + share * rise[1]);
+        };
+        lower_to(1);
+        // What is still missing (rounding, or a triangle without area): the gradient is proportional to both rises together.
+        const double left = steepness(t);
+        if (left > bound_) lower_to(bound_ / left);
         return {size_[b] < b_before ? b : -1, size_[c] < c_before ? c : -1};
     }
     // One of the two is required: the other takes what that leaves, but never less than the smallest corner.
@@ -184,18 +240,13 @@ std::array<int, 2> GradientLimiter::flatten_triangle(int t) {
 }
 
 void GradientLimiter::flatten() {
-    const auto smallest = [&](int t) {
-        const auto& [a, b, c] = corners_.triangles[t];
-        return std::min({size_[a], size_[b], size_[c]});
-    };
-    const auto unset = [&](int t) { return std::isinf(smallest(t)); };
-    // Corrections flow from small sizes to large ones, so the flattest order is by smallest corner.
+    // Corrections flow from small sizes to large ones, so triangles with small corners come first.
     std::priority_queue<Steep> queue;
     std::vector<char> queued(corners_.triangles.size(), 0);
     const int n = static_cast<int>(corners_.triangles.size());
     for (int t = 0; t < n; ++t)
-        if (!unset(t) && too_steep(t)) {
-            queue.push({smallest(t), t});
+        if (too_steep(t)) {
+            queue.push(steep(t));
             queued[t] = 1;
         }
     const long most = result_.visits + kGradientVisits * n;
@@ -212,7 +263,7 @@ void GradientLimiter::flatten() {
             if (v < 0) continue;
             for (const int s : corners_.at(v))
                 if (!queued[s] && s != t && too_steep(s)) {
-                    queue.push({smallest(s), s});
+                    queue.push(steep(s));
                     queued[s] = 1;
                 }
         }
@@ -288,7 +339,7 @@ GradientReduction limit_gradient(const TriMesh& mesh, double bound, std::span<do
     GradientLimiter limiter = make_limiter(mesh, bound, size, required, "limit_gradient");
     limiter.march();
     limiter.flatten();
-    if (!getenv("NORAISE")) limiter.raise();
+    limiter.raise();
     return limiter.report();
 }
 
