@@ -4,6 +4,7 @@
 #include "vertex_graph.hpp"
 
 #include <stdexcept>
+#include <tuple>
 
 namespace gradus {
 
@@ -25,21 +26,19 @@ double gradient_bound(const GradationOptions& options) {
     return std::min(by_shock, options.variation.value_or(by_shock));
 }
 
-void note_conflicts(std::vector<RequiredConflict>& all, const std::vector<RequiredConflict>& found) {
-    for (const RequiredConflict& conflict : found) {
-        const auto known = std::find_if(all.begin(), all.end(), [&](const auto& c) { return c.vertex == conflict.vertex; });
-        if (known == all.end()) {
-            all.push_back(conflict);
-        } else if (conflict.needed < known->needed) {
-            *known = conflict;
-        }
-    }
+/// The strongest demand at each vertex.
+void keep_strongest(std::vector<RequiredConflict>& conflicts) {
+    std::stable_sort(conflicts.begin(), conflicts.end(),
+                     [](const auto& p, const auto& q) { return std::tie(p.vertex, p.needed) < std::tie(q.vertex, q.needed); });
+    const auto same_vertex = [](const auto& p, const auto& q) { return p.vertex == q.vertex; };
+    conflicts.erase(std::unique(conflicts.begin(), conflicts.end(), same_vertex), conflicts.end());
 }
 
 void by_edges(const TriMesh& mesh, std::span<double> size, const GradationOptions& options, GradationResult& result) {
     const bool both = options.shock && options.variation;
     const auto run = [&](EdgeReduction reduction) {
-        note_conflicts(result.conflicts, reduction.conflicts);
+        result.conflicts.insert(result.conflicts.end(), reduction.conflicts.begin(), reduction.conflicts.end());
+        keep_strongest(result.conflicts);
         if (!both) result.certificate = std::move(reduction.certificate);
         return reduction.lowered;
     };
