@@ -155,7 +155,8 @@ class GradientLimiter {
     /// What `steepness` can be off by, because sizes are rounded.
     double rounding(int t) const;
     bool too_steep(int t) const { return steepness(t) > bound_ * (1 + kTolerance / 2) + rounding(t); }
-    /// Rises of the corners b and c of triangle t above its smallest corner a (each 0, 1 or 2), at least cost, after which the triangle is not too steep.
+    /// Rises of the corners b and c of triangle t above its smallest corner a (each 0, 1 or 2), at least cost, after which the
+    /// triangle is not too steep.
     std::array<double, 2> flat_rises(int t, int a, int b, int c) const;
     /// Lowers the corners of a triangle that is too steep. @returns the corners that changed, -1 for none
     std::array<int, 2> flatten_triangle(int t);
