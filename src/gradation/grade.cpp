@@ -89,7 +89,9 @@ GradationResult grade(const TriMesh& mesh, std::span<double> size, const Gradati
             result.converged = limit_gradient(mesh, result.gradient_bound, size, options.required).converged;
             break;
         case GradationMethod::Exact: by_edges(mesh, size, options, result); break;
-        case GradationMethod::Gradient: result.converged = march_gradient(mesh, result.gradient_bound, size, options.required).converged; break;
+        case GradationMethod::Gradient:
+            result.converged = march_gradient(mesh, result.gradient_bound, size, options.required).converged;
+            break;
         case GradationMethod::Paper: by_paper(mesh, size, options, result); break;
     }
 

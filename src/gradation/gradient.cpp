@@ -360,7 +360,8 @@ GradientReduction GradientLimiter::report() {
     return result_;
 }
 
-GradientLimiter make_limiter(const TriMesh& mesh, double bound, std::span<double> size, std::span<const int> required, const char* function) {
+GradientLimiter make_limiter(const TriMesh& mesh, double bound, std::span<double> size, std::span<const int> required,
+                             const char* function) {
     detail::require_above(bound, 0, "gradient bound", function);
     detail::require_sizes(mesh, size, function);
     return GradientLimiter(mesh, bound, size, detail::required_flags(mesh, size, required, function));

@@ -99,7 +99,8 @@ detail::MonotoneQueue queue_sources(const std::vector<Label>& labels, const std:
 
 /// Asks the memory for what the vertices that come next will need. (Always inline: g++ 12 takes a function that only fetches
 /// for one without effect, and drops its calls.)
-[[gnu::always_inline]] inline void prefetch(const detail::MonotoneQueue& queue, const std::vector<Label>& labels, const std::vector<detail::Arc>& arcs) {
+[[gnu::always_inline]] inline void prefetch(const detail::MonotoneQueue& queue, const std::vector<Label>& labels,
+                                            const std::vector<detail::Arc>& arcs) {
     if (const int v = queue.ahead(12); v >= 0) __builtin_prefetch(&labels[v]);
     if (const int v = queue.ahead(8); v >= 0) {
         const detail::Arc* arc = arcs.data() + labels[v].first_arc;
