@@ -4,9 +4,9 @@
 #include "monotone_queue.hpp"
 #include "vertex_graph.hpp"
 
-#include <cstdlib>
 #include <optional>
 #include <queue>
+#include <tuple>
 
 namespace gradus {
 
@@ -17,10 +17,49 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// What the result may exceed the bound by, and what triggers a correction: half of it, so that both can be met.
 constexpr double kTolerance = 1e-9;
 
+/// Raising a size by less than this share of it is not worth a look at its neighbours; nor are more sweeps.
+constexpr double kRaise = 1e-4;
+constexpr int kRaiseSweeps = 20;
+
+/// The triangle ABC seen from C: e = |AB|, s the foot of C on AB (from A), d its distance from AB.
+struct Frame {
+    double e, s, d;
+};
+
+/// A triangle laid flat: its corners at (0, 0), (e, 0) and (s, d).
+struct FlatTriangle {
+    double e, s, d;
+
+    FlatTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+        const Eigen::Vector3d ab = b - a, ac = c - a;
+        e = ab.norm();
+        s = e > 0 ? ab.dot(ac) / e : 0;
+        d = e > 0 ? ab.cross(ac).norm() / e : ac.norm();
+    }
+
+    double area2() const { return e * d; }
+    Eigen::Vector2d corner(int k) const { return k == 0 ? Eigen::Vector2d(0, 0) : k == 1 ? Eigen::Vector2d(e, 0) : Eigen::Vector2d(s, d); }
+
+    /// Corner `to` seen from the corners a and b.
+    Frame seen_from(int a, int b, int to) const {
+        if (a == 0 && b == 1) return {e, s, d};
+        const Eigen::Vector2d ab = corner(b) - corner(a), ac = corner(to) - corner(a);
+        const double length = ab.norm();
+        return length > 0 ? Frame{length, ab.dot(ac) / length, area2() / length} : Frame{0, 0, ac.norm()};
+    }
+
+    /// Gradient of the interpolant of three sizes. @pre area2() > 0
+    Eigen::Vector2d gradient(double h0, double h1, double h2) const {
+        const double along = (h1 - h0) / e;
+        return {along, (h2 - h0 - along * s) / d};
+    }
+};
+
 /// The mesh as triangles, and the triangles at each vertex.
 struct Corners {
     std::span<const Eigen::Vector3d> points;
     std::vector<Triangle> triangles;
+    std::vector<FlatTriangle> flat;
     std::vector<int> first;
     std::vector<int> around;
 
@@ -32,21 +71,13 @@ struct Corners {
         for (std::size_t t = 0; t < triangles.size(); ++t)
             for (const int v : triangles[t]) around[first[v + 1]++] = static_cast<int>(t);
         first.pop_back();
+        flat.reserve(triangles.size());
+        for (const auto& [a, b, c] : triangles) flat.emplace_back(points[a], points[b], points[c]);
     }
 
+    /// Which corner of triangle t vertex v is.
+    int corner(int t, int v) const { return triangles[t][0] == v ? 0 : triangles[t][1] == v ? 1 : 2; }
     std::span<const int> at(int v) const { return {around.data() + first[v], around.data() + first[v + 1]}; }
-};
-
-/// The triangle ABC seen from C: e = |AB|, s the foot of C on AB (from A), d its distance from AB.
-struct Frame {
-    double e, s, d;
-
-    Frame(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-        const Eigen::Vector3d ab = b - a, ac = c - a;
-        e = ab.norm();
-        s = e > 0 ? ab.dot(ac) / e : 0;
-        d = e > 0 ? ab.cross(ac).norm() / e : ac.norm();
-    }
 };
 
 /// Size that reaches C from the segment AB with sizes a, b: the least of h(X) + bound |CX| over X on AB.
@@ -69,6 +100,31 @@ std::optional<double> largest_at(const Frame& f, double a, double b, double boun
     return a + k * f.s + f.d * std::sqrt(room);
 }
 
+/// Two corners rise by y above the smallest one, with the gradient y[0] g[0] + y[1] g[1]. The nearest rises whose gradient has the
+/// norm `bound`, where a change of y[1] counts `weight` times.
+/// @pre the gradient is longer than the bound
+std::array<double, 2> nearest_rises(const std::array<Eigen::Vector2d, 2>& g, const std::array<double, 2>& y, double weight, double bound) {
+    // With z = (y[0], root y[1]) it is the nearest point of the ellipse z.Qz = bound^2, (I + lambda Q)^-1 z.
+    const double root = std::sqrt(weight);
+    const double q00 = g[0].squaredNorm(), q01 = g[0].dot(g[1]) / root, q11 = g[1].squaredNorm() / weight;
+    const double mean = .5 * (q00 + q11), half = .5 * (q00 - q11), radius = std::hypot(half, q01);
+    const double large = mean + radius, small = std::max(mean - radius, 0.);
+    const double angle = .5 * std::atan2(q01, half), c = std::cos(angle), s = std::sin(angle);
+    const double p = c * y[0] + s * root * y[1], q = -s * y[0] + c * root * y[1];
+    double lambda = 0;
+    // Newton on 1 / norm(lambda), which is nearly linear and concave: from 0 it rises to the root in a few steps.
+    for (int i = 0; i < 60; ++i) {
+        const double P = p / (1 + lambda * large), Q = q / (1 + lambda * small);
+        const double norm2 = large * P * P + small * Q * Q;
+        const double slope = large * large * P * P / (1 + lambda * large) + small * small * Q * Q / (1 + lambda * small);
+        const double step = norm2 / slope * (std::sqrt(norm2) / bound - 1);
+        lambda += step;
+        if (std::abs(step) <= 1e-12 * lambda) break;
+    }
+    const double P = p / (1 + lambda * large), Q = q / (1 + lambda * small);
+    return {c * P - s * Q, (s * P + c * Q) / root};
+}
+
 class GradientLimiter {
   public:
     GradientLimiter(const TriMesh& mesh, double bound, std::span<double> size, std::vector<char> required)
@@ -80,20 +136,28 @@ class GradientLimiter {
     GradientReduction report();
 
   private:
+    /// Triangles in the order of their corners' sizes, smallest first: an order that does not depend on how they are numbered.
     struct Steep {
-        double smallest;
+        std::array<double, 3> sizes;
         int triangle;
-        bool operator<(const Steep& other) const {
-            return smallest > other.smallest || (smallest == other.smallest && triangle > other.triangle);
-        }
+        bool operator<(const Steep& other) const { return std::tie(other.sizes, other.triangle) < std::tie(sizes, triangle); }
     };
 
+    Steep steep(int t) const {
+        const auto& [a, b, c] = corners_.triangles[t];
+        Steep s{{size_[a], size_[b], size_[c]}, t};
+        std::sort(s.sizes.begin(), s.sizes.end());
+        return s;
+    }
     bool may_lower(int v) const { return required_.empty() || !required_[v]; }
     /// Norm of the gradient of a triangle; without area, the largest slope of its edges.
     double steepness(int t) const;
     /// What `steepness` can be off by, because sizes are rounded.
     double rounding(int t) const;
     bool too_steep(int t) const { return steepness(t) > bound_ * (1 + kTolerance / 2) + rounding(t); }
+    /// Rises of the corners b and c of triangle t above its smallest corner a (each 0, 1 or 2), at least cost, after which the
+    /// triangle is not too steep.
+    std::array<double, 2> flat_rises(int t, int a, int b, int c) const;
     /// Lowers the corners of a triangle that is too steep. @returns the corners that changed, -1 for none
     std::array<int, 2> flatten_triangle(int t);
     /// Largest size at a vertex that its input and its triangles allow.
@@ -129,12 +193,12 @@ void GradientLimiter::march() {
         }
         for (const int t : corners_.at(v)) {
             const Triangle& triangle = corners_.triangles[t];
-            const int k = triangle[0] == v ? 0 : triangle[1] == v ? 1 : 2;
-            for (const auto& [b, c] : {std::pair{triangle[(k + 1) % 3], triangle[(k + 2) % 3]}, std::pair{triangle[(k + 2) % 3], triangle[(k + 1) % 3]}}) {
-                // Whatever reaches C is larger than what it comes from, and of the two ends the smaller one has been or will be popped.
+            const int i = corners_.corner(t, v);
+            for (const auto& [j, k] : {std::pair{(i + 1) % 3, (i + 2) % 3}, std::pair{(i + 2) % 3, (i + 1) % 3}}) {
+                const int c = triangle[k];
+                // What reaches C is larger than the smaller end it comes from, and that end is popped before.
                 if (size_[c] <= h || !may_lower(c)) continue;
-                const Frame frame(corners_.points[v], corners_.points[b], corners_.points[c]);
-                const double reached = size_across(frame, h, size_[b], bound_);
+                const double reached = size_across(corners_.flat[t].seen_from(i, j, k), h, size_[triangle[j]], bound_);
                 // A step below rounding would only go round in circles.
                 if (!(reached < size_[c] * (1 - 4e-16))) continue;
                 size_[c] = reached;
@@ -146,56 +210,78 @@ void GradientLimiter::march() {
 
 double GradientLimiter::steepness(int t) const {
     const auto& [a, b, c] = corners_.triangles[t];
-    const auto& p = corners_.points;
-    const double g = size_gradient({p[a], p[b], p[c]}, {size_[a], size_[b], size_[c]}).norm();
-    if (g > 0) return g;
-    return std::max({h_variation((p[a] - p[b]).norm(), size_[a], size_[b]), h_variation((p[b] - p[c]).norm(), size_[b], size_[c]),
-                     h_variation((p[c] - p[a]).norm(), size_[c], size_[a])});
+    const FlatTriangle& flat = corners_.flat[t];
+    if (size_[a] == size_[b] && size_[a] == size_[c]) return 0;
+    if (flat.area2() > 0) return flat.gradient(size_[a], size_[b], size_[c]).norm();
+    return std::max({h_variation(flat.e, size_[a], size_[b]), h_variation(std::hypot(flat.e - flat.s, flat.d), size_[b], size_[c]),
+                     h_variation(std::hypot(flat.s, flat.d), size_[c], size_[a])});
 }
 
 double GradientLimiter::rounding(int t) const {
     const auto& [a, b, c] = corners_.triangles[t];
-    const auto& p = corners_.points;
-    const double area2 = (p[b] - p[a]).cross(p[c] - p[a]).norm();
-    const double longest = std::sqrt(std::max({(p[a] - p[b]).squaredNorm(), (p[b] - p[c]).squaredNorm(), (p[c] - p[a]).squaredNorm()}));
-    if (area2 == 0) return 0;
-    return 4e-16 * std::max({size_[a], size_[b], size_[c]}) * longest / area2;
+    const FlatTriangle& flat = corners_.flat[t];
+    if (flat.area2() == 0) return 0;
+    const double longest = std::max({flat.e, std::hypot(flat.e - flat.s, flat.d), std::hypot(flat.s, flat.d)});
+    return 4e-16 * std::max({size_[a], size_[b], size_[c]}) * longest / flat.area2();
+}
+
+std::array<double, 2> GradientLimiter::flat_rises(int t, int a, int b, int c) const {
+    const FlatTriangle& flat = corners_.flat[t];
+    const auto h = [&](int corner) { return size_[corners_.triangles[t][corner]]; };
+    const std::array<double, 2> rise{h(b) - h(a), h(c) - h(a)};
+    if (flat.area2() == 0) return rise;
+    const auto unit_rise = [&](int corner) { return flat.gradient(corner == 0, corner == 1, corner == 2); };
+    // A size h asks for h^-2 elements per area, so lowering it costs in proportion to h^-3.
+    std::array<double, 2> flatter = nearest_rises({unit_rise(b), unit_rise(c)}, rise, std::pow(h(b) / h(c), 3), bound_);
+    // Sizes are only lowered: where the nearest point would raise one corner, it stays and the other takes what is left.
+    const auto left_for = [&](int corner, int other) {
+        return largest_at(flat.seen_from(a, other, corner), h(a), h(other), bound_).value_or(h(a)) - h(a);
+    };
+    if (flatter[0] > rise[0]) {
+        flatter = {rise[0], left_for(c, b)};
+    } else if (flatter[1] > rise[1]) {
+        flatter = {left_for(b, c), rise[1]};
+    }
+    return {std::clamp(flatter[0], 0., rise[0]), std::clamp(flatter[1], 0., rise[1])};
 }
 
 std::array<int, 2> GradientLimiter::flatten_triangle(int t) {
-    std::array<int, 3> v = corners_.triangles[t];
-    std::sort(v.begin(), v.end(), [&](int p, int q) { return size_[p] < size_[q]; });
-    const auto& [a, b, c] = v;
+    const Triangle& triangle = corners_.triangles[t];
+    std::array<int, 3> rank{0, 1, 2};
+    std::sort(rank.begin(), rank.end(), [&](int i, int j) { return size_[triangle[i]] < size_[triangle[j]]; });
+    const int a = triangle[rank[0]], b = triangle[rank[1]], c = triangle[rank[2]];
     if (may_lower(b) && may_lower(c)) {
-        const double scale = bound_ / steepness(t);
         const double b_before = size_[b], c_before = size_[c];
-        size_[b] = size_[a] + (size_[b] - size_[a]) * scale;
-        size_[c] = size_[a] + (size_[c] - size_[a]) * scale;
+        const std::array<double, 2> rise = flat_rises(t, rank[0], rank[1], rank[2]);
+        const auto lower_to = [&](double share) {
+            size_[b] = std::min(b_before, size_[a] + share * rise[0]);
+            size_[c] = std::min(c_before, size_[a] + share * rise[1]);
+        };
+        lower_to(1);
+        // What is still missing (rounding, or a triangle without area): the gradient is proportional to both rises together.
+        const double left = steepness(t);
+        if (left > bound_) lower_to(bound_ / left);
         return {size_[b] < b_before ? b : -1, size_[c] < c_before ? c : -1};
     }
     // One of the two is required: the other takes what that leaves, but never less than the smallest corner.
-    const int free = may_lower(b) ? b : c, fixed = b + c - free;
-    if (!may_lower(free)) return {-1, -1};
-    const auto& p = corners_.points;
-    const std::optional<double> most = largest_at(Frame(p[a], p[fixed], p[free]), size_[a], size_[fixed], bound_);
-    if (!most || *most < size_[a] || *most >= size_[free]) return {-1, -1};
-    size_[free] = *most;
-    return {free, -1};
+    const int free = may_lower(b) ? 1 : 2, fixed = 3 - free;
+    const int v = triangle[rank[free]];
+    if (!may_lower(v)) return {-1, -1};
+    const Frame frame = corners_.flat[t].seen_from(rank[0], rank[fixed], rank[free]);
+    const std::optional<double> most = largest_at(frame, size_[a], size_[triangle[rank[fixed]]], bound_);
+    if (!most || *most < size_[a] || *most >= size_[v]) return {-1, -1};
+    size_[v] = *most;
+    return {v, -1};
 }
 
 void GradientLimiter::flatten() {
-    const auto smallest = [&](int t) {
-        const auto& [a, b, c] = corners_.triangles[t];
-        return std::min({size_[a], size_[b], size_[c]});
-    };
-    const auto unset = [&](int t) { return std::isinf(smallest(t)); };
-    // Corrections flow from small sizes to large ones, so the flattest order is by smallest corner.
+    // Corrections flow from small sizes to large ones, so triangles with small corners come first.
     std::priority_queue<Steep> queue;
     std::vector<char> queued(corners_.triangles.size(), 0);
     const int n = static_cast<int>(corners_.triangles.size());
     for (int t = 0; t < n; ++t)
-        if (!unset(t) && too_steep(t)) {
-            queue.push({smallest(t), t});
+        if (too_steep(t)) {
+            queue.push(steep(t));
             queued[t] = 1;
         }
     const long most = result_.visits + kGradientVisits * n;
@@ -212,7 +298,7 @@ void GradientLimiter::flatten() {
             if (v < 0) continue;
             for (const int s : corners_.at(v))
                 if (!queued[s] && s != t && too_steep(s)) {
-                    queue.push({smallest(s), s});
+                    queue.push(steep(s));
                     queued[s] = 1;
                 }
         }
@@ -222,31 +308,35 @@ void GradientLimiter::flatten() {
 double GradientLimiter::ceiling(int v) const {
     double most = input_[v];
     for (const int t : corners_.at(v)) {
+        const int k = corners_.corner(t, v), i = (k + 1) % 3, j = (k + 2) % 3;
         const Triangle& triangle = corners_.triangles[t];
-        const int k = triangle[0] == v ? 0 : triangle[1] == v ? 1 : 2;
-        const int a = triangle[(k + 1) % 3], b = triangle[(k + 2) % 3];
-        const Frame frame(corners_.points[a], corners_.points[b], corners_.points[v]);
-        const std::optional<double> allowed = largest_at(frame, size_[a], size_[b], bound_);
-        most = std::min(most, allowed ? *allowed : size_[v]);
+        const auto allowed = largest_at(corners_.flat[t].seen_from(i, j, k), size_[triangle[i]], size_[triangle[j]], bound_);
+        most = std::min(most, allowed.value_or(size_[v]));
+        if (most <= size_[v]) break;
     }
     return most;
 }
 
 void GradientLimiter::raise() {
-    const int n = static_cast<int>(size_.size());
-    std::vector<int> order(n);
-    for (int v = 0; v < n; ++v) order[v] = v;
-    std::sort(order.begin(), order.end(), [&](int p, int q) { return size_[p] < size_[q] || (size_[p] == size_[q] && p < q); });
-    for (int sweep = 0; sweep < 20; ++sweep) {
-        bool changed = false;
+    std::vector<int> order;
+    for (std::size_t v = 0; v < size_.size(); ++v)
+        if (size_[v] < input_[v]) order.push_back(static_cast<int>(v));
+    std::sort(order.begin(), order.end(), [&](int p, int q) { return std::tie(size_[p], p) < std::tie(size_[q], q); });
+    // After the first sweep only a vertex with a raised neighbour can have more room.
+    std::vector<char> active(size_.size(), 1);
+    for (int sweep = 0; sweep < kRaiseSweeps && !order.empty(); ++sweep) {
+        std::vector<char> next(size_.size(), 0);
         for (const int v : order) {
-            if (size_[v] == input_[v]) continue;
+            if (!active[v]) continue;
             const double most = ceiling(v);
-            if (!(most > size_[v])) continue;
-            changed = changed || most > size_[v] * (1 + 1e-6);
+            if (!(most > size_[v] * (1 + kRaise))) continue;
             size_[v] = most;
+            for (const int t : corners_.at(v))
+                for (const int w : corners_.triangles[t])
+                    if (w != v) next[w] = 1;
         }
-        if (!changed) break;
+        active.swap(next);
+        if (std::count(active.begin(), active.end(), 1) == 0) break;
     }
 }
 
@@ -270,7 +360,8 @@ GradientReduction GradientLimiter::report() {
     return result_;
 }
 
-GradientLimiter make_limiter(const TriMesh& mesh, double bound, std::span<double> size, std::span<const int> required, const char* function) {
+GradientLimiter make_limiter(const TriMesh& mesh, double bound, std::span<double> size, std::span<const int> required,
+                             const char* function) {
     detail::require_above(bound, 0, "gradient bound", function);
     detail::require_sizes(mesh, size, function);
     return GradientLimiter(mesh, bound, size, detail::required_flags(mesh, size, required, function));
@@ -288,7 +379,7 @@ GradientReduction limit_gradient(const TriMesh& mesh, double bound, std::span<do
     GradientLimiter limiter = make_limiter(mesh, bound, size, required, "limit_gradient");
     limiter.march();
     limiter.flatten();
-    if (!getenv("NORAISE")) limiter.raise();
+    limiter.raise();
     return limiter.report();
 }
 

@@ -6,6 +6,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <tuple>
 
 namespace gradus {
 
@@ -98,7 +99,8 @@ detail::MonotoneQueue queue_sources(const std::vector<Label>& labels, const std:
 
 /// Asks the memory for what the vertices that come next will need. (Always inline: g++ 12 takes a function that only fetches
 /// for one without effect, and drops its calls.)
-[[gnu::always_inline]] inline void prefetch(const detail::MonotoneQueue& queue, const std::vector<Label>& labels, const std::vector<detail::Arc>& arcs) {
+[[gnu::always_inline]] inline void prefetch(const detail::MonotoneQueue& queue, const std::vector<Label>& labels,
+                                            const std::vector<detail::Arc>& arcs) {
     if (const int v = queue.ahead(12); v >= 0) __builtin_prefetch(&labels[v]);
     if (const int v = queue.ahead(8); v >= 0) {
         const detail::Arc* arc = arcs.data() + labels[v].first_arc;
@@ -109,18 +111,13 @@ detail::MonotoneQueue queue_sources(const std::vector<Label>& labels, const std:
         for (int k = labels[v].first_arc; k < labels[v + 1].first_arc; ++k) __builtin_prefetch(&labels[arcs[k].to]);
 }
 
-/// The required size at a vertex stays; remembers the strongest demand on it.
-void note_conflict(std::vector<RequiredConflict>& conflicts, int vertex, int neighbour, double size, double needed) {
-    for (RequiredConflict& known : conflicts)
-        if (known.vertex == vertex) {
-            if (needed < known.needed) known = {vertex, neighbour, -1, size, needed};
-            return;
-        }
-    conflicts.push_back({vertex, neighbour, -1, size, needed});
-}
-
-void trace_origins(std::vector<RequiredConflict>& conflicts, const std::vector<int>& parent) {
-    std::sort(conflicts.begin(), conflicts.end(), [](const auto& p, const auto& q) { return p.vertex < q.vertex; });
+/// Of all demands on required sizes keeps the strongest at each vertex, and finds out where it comes from.
+void sort_conflicts(std::vector<RequiredConflict>& conflicts, const std::vector<int>& parent) {
+    std::sort(conflicts.begin(), conflicts.end(), [](const RequiredConflict& p, const RequiredConflict& q) {
+        return std::tie(p.vertex, p.needed, p.neighbour) < std::tie(q.vertex, q.needed, q.neighbour);
+    });
+    const auto same_vertex = [](const RequiredConflict& p, const RequiredConflict& q) { return p.vertex == q.vertex; };
+    conflicts.erase(std::unique(conflicts.begin(), conflicts.end(), same_vertex), conflicts.end());
     for (RequiredConflict& conflict : conflicts) {
         conflict.origin = conflict.neighbour;
         while (parent[conflict.origin] >= 0) conflict.origin = parent[conflict.origin];
@@ -147,7 +144,7 @@ EdgeReduction settle(const TriMesh& mesh, const Law& law, std::span<double> size
             const double limit = law.limit(h, arcs[k].length);
             if (other.size <= limit) continue;
             if (!required.empty() && required[arcs[k].to]) {
-                note_conflict(result.conflicts, arcs[k].to, v, other.size, limit);
+                result.conflicts.push_back({arcs[k].to, v, -1, other.size, limit});
                 continue;
             }
             other.size = limit;
@@ -160,10 +157,11 @@ EdgeReduction settle(const TriMesh& mesh, const Law& law, std::span<double> size
     result.certificate.parent.resize(size.size());
     for (std::size_t w = 0; w < size.size(); ++w) {
         result.certificate.parent[w] = labels[w].parent;
+        if (!(labels[w].size < size[w])) continue;
         result.largest_factor = std::max(result.largest_factor, size[w] / labels[w].size);
         size[w] = labels[w].size;
     }
-    trace_origins(result.conflicts, result.certificate.parent);
+    sort_conflicts(result.conflicts, result.certificate.parent);
     return result;
 }
 
