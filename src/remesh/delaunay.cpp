@@ -23,6 +23,7 @@ constexpr double kDoneRadius2 = 0.75;
 constexpr double kDoneEdge = 1.25;
 // A candidate nearer than this to a vertex is refused. Above 1/sqrt(2), as rows that crowd shed points early and one by one.
 constexpr double kCloseFront = 0.8;
+constexpr double kMovable = 0.65;    // nearer than this, it is not worth moving
 constexpr double kCloseSplit = 0.55;
 constexpr double kLongEdge = 1.4142135623730951;
 constexpr double kCollapsed = 1e-3;  // a segment this short in the metric is a point (a pole) drawn as a segment
@@ -82,6 +83,10 @@ class Generator {
     struct FrontEdge {
         int triangle, a, b;
     };
+    struct LongEdge {
+        double length;
+        int triangle, a, b;
+    };
     struct Candidate {
         Vector2d p;
         Metric m;
@@ -93,6 +98,7 @@ class Generator {
     void mark_poles(const PlanarDomain& domain);
     void advance();
     void split_long_edges();
+    std::vector<LongEdge> long_edges() const;
     int split_sweep();
     void flip_all(Vote vote);
     bool wants_flip(int t, int k, Vote vote) const;
@@ -111,6 +117,7 @@ class Generator {
     bool find_ideal(const FrontEdge& edge, Candidate& candidate);
     bool locate(Candidate& candidate);
     bool insert(const Candidate& candidate, double close, int level);
+    bool settle(Candidate& candidate);
     bool open_cavity(const Candidate& candidate);
     bool is_clear(const Candidate& candidate, double close);
     void judge_fan(int level);
@@ -400,33 +407,52 @@ void Generator::judge_fan(int level) {
     }
 }
 
+/// Moves a refused candidate half way out of the unit discs of the vertices that crowd it: where two sides of the front meet at an
+/// angle, to the bisector. @returns false if it is too close to one of them
+bool Generator::settle(Candidate& candidate) {
+    if (!open_cavity(candidate)) return false;
+    Vector2d push(0, 0);
+    for (const planar::RimEdge& e : cavity_.rim) {
+        const double l = length(nodes_[e.a], candidate.p, candidate.m);
+        if (l < kMovable) return false;
+        if (l < 1) push += 0.5 * (1 - l) / l * (candidate.p - toward(nodes_[e.a], candidate.p, candidate.m));
+    }
+    candidate.p += push;
+    if (!locate(candidate)) return false;
+    candidate.m = ask(candidate.p, candidate.hint);
+    return true;
+}
+
 void Generator::advance() {
     push_first_front();
     FrontEdge edge;
     int level = 0;
     Candidate candidate;
     while (pop(edge, level)) {
-        if (find_ideal(edge, candidate) && insert(candidate, kCloseFront, level + 1))
-            ++statistics_.front_points;
-        else
-            ++statistics_.refused;
+        bool inserted = false;
+        if (find_ideal(edge, candidate)) {
+            inserted = insert(candidate, kCloseFront, level + 1);
+            if (!inserted && settle(candidate)) inserted = insert(candidate, kCloseFront, level + 1);
+        }
+        ++(inserted ? statistics_.front_points : statistics_.refused);
     }
 }
 
-/// Fronts that meet leave gaps too narrow for an ideal point; edges across them are halved.
-int Generator::split_sweep() {
-    struct LongEdge {
-        double length;
-        int triangle, a, b;
-    };
+std::vector<Generator::LongEdge> Generator::long_edges() const {
     std::vector<LongEdge> edges;
     for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
         for (int k = 0; k < 3; ++k) {
-            if (triangles_[t].n[k] < t) continue;  // once per inner edge
+            if (triangles_[t].n[k] < t) continue;  // once per inner edge, never on the boundary
             const int a = triangles_[t].v[next(k)], b = triangles_[t].v[previous(k)];
             const double l = length(a, b);
             if (l > kLongEdge) edges.push_back({l, t, a, b});
         }
+    return edges;
+}
+
+/// Fronts that meet leave gaps too narrow for an ideal point; edges across them are halved.
+int Generator::split_sweep() {
+    std::vector<LongEdge> edges = long_edges();
     std::sort(edges.begin(), edges.end(), [](const LongEdge& x, const LongEdge& y) {
         return x.length != y.length ? x.length > y.length : x.triangle != y.triangle ? x.triangle < y.triangle : x.a < y.a;
     });
@@ -445,7 +471,6 @@ int Generator::split_sweep() {
         candidate.m = ask(candidate.p, candidate.hint);
         if (insert(candidate, kCloseSplit, 0)) ++inserted;
     }
-    statistics_.long_edges = static_cast<int>(edges.size()) - inserted;
     return inserted;
 }
 
@@ -474,6 +499,7 @@ PlanarMesh Generator::result() const {
         for (const int i : t.v) used[i] = 1;
     }
     mesh.statistics = statistics_;
+    mesh.statistics.long_edges = static_cast<int>(long_edges().size());
     mesh.statistics.unused_points = static_cast<int>(std::count(used.begin(), used.end(), 0));
     return mesh;
 }
