@@ -23,8 +23,9 @@ constexpr double kDoneRadius2 = 0.75;
 constexpr double kDoneEdge = 1.25;
 // A candidate nearer than this to a vertex is refused. Above 1/sqrt(2), as rows that crowd shed points early and one by one.
 constexpr double kCloseFront = 0.8;
-constexpr double kMovable = 0.65;    // nearer than this, it is not worth moving
+constexpr double kMovable = 0.65;  // nearer than this, it is not worth moving
 constexpr double kCloseSplit = 0.55;
+constexpr double kMovableSplit = 0.3;
 constexpr double kLongEdge = 1.4142135623730951;
 constexpr double kCollapsed = 1e-3;  // a segment this short in the metric is a point (a pole) drawn as a segment
 constexpr int kWalkBound = 10000;
@@ -117,7 +118,7 @@ class Generator {
     bool find_ideal(const FrontEdge& edge, Candidate& candidate);
     bool locate(Candidate& candidate);
     bool insert(const Candidate& candidate, double close, int level);
-    bool settle(Candidate& candidate);
+    bool settle(Candidate& candidate, double least);
     bool open_cavity(const Candidate& candidate);
     bool is_clear(const Candidate& candidate, double close);
     void judge_fan(int level);
@@ -408,13 +409,13 @@ void Generator::judge_fan(int level) {
 }
 
 /// Moves a refused candidate half way out of the unit discs of the vertices that crowd it: where two sides of the front meet at an
-/// angle, to the bisector. @returns false if it is too close to one of them
-bool Generator::settle(Candidate& candidate) {
+/// angle, to the bisector. @returns false if one of them is nearer than `least`
+bool Generator::settle(Candidate& candidate, double least) {
     if (!open_cavity(candidate)) return false;
     Vector2d push(0, 0);
     for (const planar::RimEdge& e : cavity_.rim) {
         const double l = length(nodes_[e.a], candidate.p, candidate.m);
-        if (l < kMovable) return false;
+        if (l < least) return false;
         if (l < 1) push += 0.5 * (1 - l) / l * (candidate.p - toward(nodes_[e.a], candidate.p, candidate.m));
     }
     candidate.p += push;
@@ -432,7 +433,7 @@ void Generator::advance() {
         bool inserted = false;
         if (find_ideal(edge, candidate)) {
             inserted = insert(candidate, kCloseFront, level + 1);
-            if (!inserted && settle(candidate)) inserted = insert(candidate, kCloseFront, level + 1);
+            if (!inserted && settle(candidate, kMovable)) inserted = insert(candidate, kCloseFront, level + 1);
         }
         ++(inserted ? statistics_.front_points : statistics_.refused);
     }
@@ -469,7 +470,7 @@ int Generator::split_sweep() {
         Candidate candidate{.p = pa + std::clamp(half, 0.2, 0.8) * d, .m = {}, .hint = a.hint, .triangle = e.triangle};
         if (!locate(candidate)) continue;
         candidate.m = ask(candidate.p, candidate.hint);
-        if (insert(candidate, kCloseSplit, 0)) ++inserted;
+        if (insert(candidate, kCloseSplit, 0) || (settle(candidate, kMovableSplit) && insert(candidate, kCloseSplit, 0))) ++inserted;
     }
     return inserted;
 }

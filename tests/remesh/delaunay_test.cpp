@@ -251,6 +251,29 @@ TEST_CASE("A collapsed side is met as a point", "[delaunay]") {
     CHECK(double(mesh.triangles.size()) == Approx(ideal_count(angle / 2 / (0.03 * 0.03))).epsilon(0.1));
 }
 
+TEST_CASE("A sphere in longitude and latitude is meshed between its poles, drawn as one segment or several", "[delaunay]") {
+    const double size = 0.08;
+    const MetricField metric = [=](const Vector2d& p, int&) {
+        const double c = std::abs(p.y()) < kPi / 2 ? std::cos(p.y()) : 0;
+        return Matrix2d(Vector2d(c * c, 1).asDiagonal().toDenseMatrix() / (size * size));
+    };
+    const auto pole = [](const Vector2d& p) { return std::abs(p.y()) == kPi / 2; };
+    const int pieces = GENERATE(1, 4);
+    std::vector<Vector2d> corners;
+    for (int i = 0; i <= pieces; ++i) corners.emplace_back(2 * kPi * i / pieces, -kPi / 2);
+    for (int i = pieces; i >= 0; --i) corners.emplace_back(2 * kPi * i / pieces, kPi / 2);
+    PlanarDomain domain;
+    add_polygon(domain, metric, corners);
+    const PlanarMesh mesh = mesh_domain(domain, metric);
+    require_sound(mesh, domain);
+    const Facts facts = measure(mesh, metric, pole);
+    CHECK(facts.mean_quality > 0.96);
+    CHECK(facts.worst_quality > 0.3);
+    CHECK(facts.shortest > 0.5);
+    CHECK(facts.longest < 1.6);
+    CHECK(double(mesh.triangles.size()) == Approx(ideal_count(4 * kPi / (size * size))).epsilon(0.1));
+}
+
 TEST_CASE("Random star polygons with random metrics give sound meshes", "[delaunay][property]") {
     const int seed = GENERATE(range(0, 30));
     std::mt19937 random(seed);
