@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -99,8 +100,9 @@ class Generator {
     void mark_poles(const PlanarDomain& domain);
     void advance();
     void split_long_edges();
-    std::vector<LongEdge> long_edges() const;
-    int split_sweep();
+    std::vector<LongEdge> long_edges(const std::vector<int>& of) const;
+    std::vector<int> all_triangles() const;
+    int split_sweep(const std::vector<int>& triangles);
     void flip_all(Vote vote);
     bool wants_flip(int t, int k, Vote vote) const;
     void flip(int t, int k);
@@ -141,6 +143,8 @@ class Generator {
     planar::Cavity cavity_;
     std::vector<int> fan_;
     std::vector<double> spokes_;
+    bool splitting_ = false;
+    std::vector<int> made_;  // triangles made since the last sweep of splits
     DelaunayStatistics statistics_;
 };
 
@@ -382,6 +386,7 @@ bool Generator::insert(const Candidate& candidate, double close, int level) {
     planar::fill_cavity(triangles_, static_cast<int>(nodes_.size()), cavity_, fan_);
     nodes_.push_back({candidate.p, candidate.m, candidate.hint, -1});
     judge_fan(level);
+    if (splitting_) made_.insert(made_.end(), fan_.begin(), fan_.end());
     return true;
 }
 
@@ -425,7 +430,6 @@ bool Generator::settle(Candidate& candidate, double least) {
 }
 
 void Generator::advance() {
-    push_first_front();
     FrontEdge edge;
     int level = 0;
     Candidate candidate;
@@ -439,11 +443,13 @@ void Generator::advance() {
     }
 }
 
-std::vector<Generator::LongEdge> Generator::long_edges() const {
+/// Inner edges above sqrt(2) of the given triangles, seen from the triangle of the lower index where both are given.
+std::vector<Generator::LongEdge> Generator::long_edges(const std::vector<int>& of) const {
     std::vector<LongEdge> edges;
-    for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
+    for (const int t : of)
         for (int k = 0; k < 3; ++k) {
-            if (triangles_[t].n[k] < t) continue;  // once per inner edge, never on the boundary
+            const int other = triangles_[t].n[k];
+            if (other == kOutside || (other < t && std::binary_search(of.begin(), of.end(), other))) continue;
             const int a = triangles_[t].v[next(k)], b = triangles_[t].v[previous(k)];
             const double l = length(a, b);
             if (l > kLongEdge) edges.push_back({l, t, a, b});
@@ -451,9 +457,15 @@ std::vector<Generator::LongEdge> Generator::long_edges() const {
     return edges;
 }
 
+std::vector<int> Generator::all_triangles() const {
+    std::vector<int> all(triangles_.size());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+}
+
 /// Fronts that meet leave gaps too narrow for an ideal point; edges across them are halved.
-int Generator::split_sweep() {
-    std::vector<LongEdge> edges = long_edges();
+int Generator::split_sweep(const std::vector<int>& triangles) {
+    std::vector<LongEdge> edges = long_edges(triangles);
     std::sort(edges.begin(), edges.end(), [](const LongEdge& x, const LongEdge& y) {
         return x.length != y.length ? x.length > y.length : x.triangle != y.triangle ? x.triangle < y.triangle : x.a < y.a;
     });
@@ -476,11 +488,18 @@ int Generator::split_sweep() {
 }
 
 void Generator::split_long_edges() {
+    splitting_ = true;
+    std::vector<int> triangles = all_triangles();
     for (int sweep = 0; sweep < kSplitSweeps; ++sweep) {
-        const int inserted = split_sweep();
+        made_.clear();
+        const int inserted = split_sweep(triangles);
         statistics_.split_points += inserted;
         if (inserted == 0) return;
         advance();
+        // What was refused stays refused until the triangles there change.
+        std::sort(made_.begin(), made_.end());
+        made_.erase(std::unique(made_.begin(), made_.end()), made_.end());
+        triangles = made_;
     }
     statistics_.splits_bounded = true;
 }
@@ -500,7 +519,7 @@ PlanarMesh Generator::result() const {
         for (const int i : t.v) used[i] = 1;
     }
     mesh.statistics = statistics_;
-    mesh.statistics.long_edges = static_cast<int>(long_edges().size());
+    mesh.statistics.long_edges = static_cast<int>(long_edges(all_triangles()).size());
     mesh.statistics.unused_points = static_cast<int>(std::count(used.begin(), used.end(), 0));
     return mesh;
 }
@@ -587,6 +606,7 @@ void Generator::flip_all(Vote vote) {
 
 PlanarMesh Generator::run() {
     flip_all(Vote::Unanimous);
+    push_first_front();
     advance();
     flip_all(Vote::Mean);
     split_long_edges();
