@@ -280,6 +280,7 @@ std::vector<Tri> Builder::inside() const {
         if (parity[t] != 1) continue;
         Tri tri = triangles_[t];
         for (int k = 0; k < 3; ++k) tri.n[k] = tri.is_fixed(k) || tri.n[k] == kOutside ? kOutside : renumbered[tri.n[k]];
+        tri.fixed = 0;  // said by kOutside from here on, and flips would have to carry it along
         result.push_back(tri);
     }
     return result;

@@ -17,7 +17,7 @@ struct Tri {
     std::array<int, 3> v;  ///< counter-clockwise
     std::array<int, 3> n{kOutside, kOutside, kOutside};  ///< n[k] lies across the edge v[k+1] v[k+2]
     int level = -1;             ///< free for the user
-    std::uint8_t fixed = 0;     ///< bit k: the edge opposite v[k] is a segment of the domain
+    std::uint8_t fixed = 0;     ///< bit k: the edge opposite v[k] is a segment with triangles on both sides (while building)
 
     bool is_fixed(int k) const { return (fixed >> k) & 1; }
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -16,12 +17,16 @@ using planar::next;
 using planar::previous;
 using planar::Tri;
 
-// Squares of the sides of the triangles that need no further point: circumradius below 1.5 times that of the unit triangle
-// (beyond it the ideal point over a side is .7 away from the opposite corner), and no long edge.
+// Triangles that need no further point: circumradius below 1.5 times that of the unit triangle (beyond it the ideal point over a
+// side is .7 away from the opposite corner), and no long edge. Rows that spread get a new point early: left until edges reach
+// sqrt(2), a whole row would do so at once.
 constexpr double kDoneRadius2 = 0.75;
-constexpr double kDoneEdge = 1.45;
-constexpr double kCloseFront = 0.7;  // a candidate nearer than this to a vertex would make edges below 1/sqrt(2)
+constexpr double kDoneEdge = 1.25;
+// A candidate nearer than this to a vertex is refused. Above 1/sqrt(2), as rows that crowd shed points early and one by one.
+constexpr double kCloseFront = 0.8;
+constexpr double kMovable = 0.65;  // nearer than this, it is not worth moving
 constexpr double kCloseSplit = 0.55;
+constexpr double kMovableSplit = 0.3;
 constexpr double kLongEdge = 1.4142135623730951;
 constexpr double kCollapsed = 1e-3;  // a segment this short in the metric is a point (a pole) drawn as a segment
 constexpr int kWalkBound = 10000;
@@ -75,7 +80,13 @@ class Generator {
     PlanarMesh run();
 
   private:
+    /// Whose metric decides on a flip: the mean of the four corners, or each of them (for triangles the metric varies much on).
+    enum class Vote { Mean, Unanimous };
     struct FrontEdge {
+        int triangle, a, b;
+    };
+    struct LongEdge {
+        double length;
         int triangle, a, b;
     };
     struct Candidate {
@@ -89,8 +100,12 @@ class Generator {
     void mark_poles(const PlanarDomain& domain);
     void advance();
     void split_long_edges();
-    int split_sweep();
-    void flip();
+    std::vector<LongEdge> long_edges(const std::vector<int>& of) const;
+    std::vector<int> all_triangles() const;
+    int split_sweep(const std::vector<int>& triangles);
+    void flip_all(Vote vote);
+    bool wants_flip(int t, int k, Vote vote) const;
+    void flip(int t, int k);
     PlanarMesh result() const;
 
     Metric ask(const Vector2d& p, int& hint) const;
@@ -105,7 +120,9 @@ class Generator {
     bool find_ideal(const FrontEdge& edge, Candidate& candidate);
     bool locate(Candidate& candidate);
     bool insert(const Candidate& candidate, double close, int level);
+    bool settle(Candidate& candidate, double least);
     bool open_cavity(const Candidate& candidate);
+    bool is_clear(const Candidate& candidate, double close);
     void judge_fan(int level);
     bool is_done(double x, double y, double z) const;
 
@@ -126,6 +143,8 @@ class Generator {
     planar::Cavity cavity_;
     std::vector<int> fan_;
     std::vector<double> spokes_;
+    bool splitting_ = false;
+    std::vector<int> made_;  // triangles made since the last sweep of splits
     DelaunayStatistics statistics_;
 };
 
@@ -293,7 +312,7 @@ bool Generator::find_ideal(const FrontEdge& edge, Candidate& candidate) {
     candidate.triangle = edge.triangle;
     candidate.hint = a.hint;
     constexpr int kSteps = 4;
-    constexpr double kEnough = 0.03;
+    constexpr double kEnough = 0.01;
     for (int step = 0; step < kSteps; ++step) {
         candidate.p = (pa + pb) / 2 + s * normal + t * tangent;
         if (!locate(candidate)) return false;
@@ -328,18 +347,46 @@ bool Generator::open_cavity(const Candidate& candidate) {
     return planar::grow_cavity(triangles_, point_of(), in_conflict, candidate.triangle, candidate.p, cavity_);
 }
 
-bool Generator::insert(const Candidate& candidate, double close, int level) {
-    if (!open_cavity(candidate)) return false;
-    // The nearest vertex is a neighbour in a Delaunay triangulation: the rim is all there is to look at.
+/// True if no vertex is closer to the candidate than `close`. Measures the spokes on the way. The nearest vertex is on the rim of
+/// the cavity in a Delaunay triangulation; where the triangulation is far from that, the search goes on beyond the rim edges
+/// that pass the candidate at less than the distance.
+bool Generator::is_clear(const Candidate& candidate, double close) {
+    const auto passes_near = [&](int i, int j) {
+        const Vector2d a = nodes_[i].p - candidate.p, b = nodes_[j].p - candidate.p;
+        const double area = cross(a, b);
+        return candidate.m.determinant() * area * area < close * close * candidate.m.squared(b - a);
+    };
     spokes_.clear();
     for (const planar::RimEdge& e : cavity_.rim) {
         spokes_.push_back(length(nodes_[e.a], candidate.p, candidate.m));
         if (spokes_.back() < close) return false;
     }
+    cavity_.stack.clear();
+    for (const planar::RimEdge& e : cavity_.rim)
+        if (e.outer != kOutside && passes_near(e.a, e.b)) cavity_.stack.push_back({e.outer, e.outer_side});
+    constexpr int kBound = 100;
+    for (int step = 0; step < kBound && !cavity_.stack.empty(); ++step) {
+        const auto [t, k] = cavity_.stack.back();
+        cavity_.stack.pop_back();
+        const Tri& tri = triangles_[t];
+        if (length(nodes_[tri.v[k]], candidate.p, candidate.m) < close) return false;
+        for (const int side : {next(k), previous(k)}) {
+            const int beyond = tri.n[side];
+            if (beyond != kOutside && passes_near(tri.v[next(side)], tri.v[previous(side)]))
+                cavity_.stack.push_back({beyond, planar::side_of(triangles_[beyond], t)});
+        }
+    }
+    return true;
+}
+
+bool Generator::insert(const Candidate& candidate, double close, int level) {
+    if (!open_cavity(candidate)) return false;
+    if (!is_clear(candidate, close)) return false;
     if (nodes_.size() >= options_.max_points) throw std::length_error("mesh_domain: more than " + std::to_string(options_.max_points) + " points");
     planar::fill_cavity(triangles_, static_cast<int>(nodes_.size()), cavity_, fan_);
     nodes_.push_back({candidate.p, candidate.m, candidate.hint, -1});
     judge_fan(level);
+    if (splitting_) made_.insert(made_.end(), fan_.begin(), fan_.end());
     return true;
 }
 
@@ -366,33 +413,59 @@ void Generator::judge_fan(int level) {
     }
 }
 
+/// Moves a refused candidate half way out of the unit discs of the vertices that crowd it: where two sides of the front meet at an
+/// angle, to the bisector. @returns false if one of them is nearer than `least`
+bool Generator::settle(Candidate& candidate, double least) {
+    if (!open_cavity(candidate)) return false;
+    Vector2d push(0, 0);
+    for (const planar::RimEdge& e : cavity_.rim) {
+        const double l = length(nodes_[e.a], candidate.p, candidate.m);
+        if (l < least) return false;
+        if (l < 1) push += 0.5 * (1 - l) / l * (candidate.p - toward(nodes_[e.a], candidate.p, candidate.m));
+    }
+    candidate.p += push;
+    if (!locate(candidate)) return false;
+    candidate.m = ask(candidate.p, candidate.hint);
+    return true;
+}
+
 void Generator::advance() {
-    push_first_front();
     FrontEdge edge;
     int level = 0;
     Candidate candidate;
     while (pop(edge, level)) {
-        if (find_ideal(edge, candidate) && insert(candidate, kCloseFront, level + 1))
-            ++statistics_.front_points;
-        else
-            ++statistics_.refused;
+        bool inserted = false;
+        if (find_ideal(edge, candidate)) {
+            inserted = insert(candidate, kCloseFront, level + 1);
+            if (!inserted && settle(candidate, kMovable)) inserted = insert(candidate, kCloseFront, level + 1);
+        }
+        ++(inserted ? statistics_.front_points : statistics_.refused);
     }
 }
 
-/// Fronts that meet leave gaps too narrow for an ideal point; edges across them are halved.
-int Generator::split_sweep() {
-    struct LongEdge {
-        double length;
-        int triangle, a, b;
-    };
+/// Inner edges above sqrt(2) of the given triangles, seen from the triangle of the lower index where both are given.
+std::vector<Generator::LongEdge> Generator::long_edges(const std::vector<int>& of) const {
     std::vector<LongEdge> edges;
-    for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
+    for (const int t : of)
         for (int k = 0; k < 3; ++k) {
-            if (triangles_[t].n[k] < t) continue;  // once per inner edge
+            const int other = triangles_[t].n[k];
+            if (other == kOutside || (other < t && std::binary_search(of.begin(), of.end(), other))) continue;
             const int a = triangles_[t].v[next(k)], b = triangles_[t].v[previous(k)];
             const double l = length(a, b);
             if (l > kLongEdge) edges.push_back({l, t, a, b});
         }
+    return edges;
+}
+
+std::vector<int> Generator::all_triangles() const {
+    std::vector<int> all(triangles_.size());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+}
+
+/// Fronts that meet leave gaps too narrow for an ideal point; edges across them are halved.
+int Generator::split_sweep(const std::vector<int>& triangles) {
+    std::vector<LongEdge> edges = long_edges(triangles);
     std::sort(edges.begin(), edges.end(), [](const LongEdge& x, const LongEdge& y) {
         return x.length != y.length ? x.length > y.length : x.triangle != y.triangle ? x.triangle < y.triangle : x.a < y.a;
     });
@@ -409,18 +482,24 @@ int Generator::split_sweep() {
         Candidate candidate{.p = pa + std::clamp(half, 0.2, 0.8) * d, .m = {}, .hint = a.hint, .triangle = e.triangle};
         if (!locate(candidate)) continue;
         candidate.m = ask(candidate.p, candidate.hint);
-        if (insert(candidate, kCloseSplit, 0)) ++inserted;
+        if (insert(candidate, kCloseSplit, 0) || (settle(candidate, kMovableSplit) && insert(candidate, kCloseSplit, 0))) ++inserted;
     }
-    statistics_.long_edges = static_cast<int>(edges.size()) - inserted;
     return inserted;
 }
 
 void Generator::split_long_edges() {
+    splitting_ = true;
+    std::vector<int> triangles = all_triangles();
     for (int sweep = 0; sweep < kSplitSweeps; ++sweep) {
-        const int inserted = split_sweep();
+        made_.clear();
+        const int inserted = split_sweep(triangles);
         statistics_.split_points += inserted;
         if (inserted == 0) return;
         advance();
+        // What was refused stays refused until the triangles there change.
+        std::sort(made_.begin(), made_.end());
+        made_.erase(std::unique(made_.begin(), made_.end()), made_.end());
+        triangles = made_;
     }
     statistics_.splits_bounded = true;
 }
@@ -434,14 +513,104 @@ PlanarMesh Generator::result() const {
         mesh.hints.push_back(node.hint);
     }
     mesh.triangles.reserve(triangles_.size());
-    for (const Tri& t : triangles_) mesh.triangles.push_back(t.v);
+    std::vector<char> used(nodes_.size(), 0);
+    for (const Tri& t : triangles_) {
+        mesh.triangles.push_back(t.v);
+        for (const int i : t.v) used[i] = 1;
+    }
     mesh.statistics = statistics_;
+    mesh.statistics.long_edges = static_cast<int>(long_edges(all_triangles()).size());
+    mesh.statistics.unused_points = static_cast<int>(std::count(used.begin(), used.end(), 0));
     return mesh;
 }
 
+/// True if the edge opposite corner k of t is not Delaunay in the metric of the corners, and can be flipped.
+bool Generator::wants_flip(int t, int k, Vote vote) const {
+    const Tri& tri = triangles_[t];
+    if (tri.n[k] == kOutside) return false;
+    const Tri& other = triangles_[tri.n[k]];
+    // Quadrilateral apex, a, opposite, b; the edge is a b.
+    const std::array<int, 4> v{tri.v[k], tri.v[next(k)], other.v[planar::side_of(other, t)], tri.v[previous(k)]};
+    Metric m;
+    Vector2d centre(0, 0);
+    int plain = 0;
+    bool pole = false;
+    for (const int i : v) {
+        const Node& node = nodes_[i];
+        pole |= node.pole >= 0;
+        if (node.pole >= 0) continue;
+        m = {m.a + node.m.a, m.b + node.m.b, m.c + node.m.c};
+        centre += node.p;
+        ++plain;
+    }
+    if (plain == 0) return false;
+    std::array<Vector2d, 4> q;
+    for (int i = 0; i < 4; ++i) q[i] = pole ? toward(nodes_[v[i]], centre / plain, m) : nodes_[v[i]].p;
+    if (pole && !(cross(q[1] - q[0], q[3] - q[0]) > 0 && cross(q[3] - q[2], q[1] - q[2]) > 0))
+        for (int i = 0; i < 4; ++i) q[i] = nodes_[v[i]].p;
+    const Vector2d a = q[0] - q[2], b = q[1] - q[2], c = q[3] - q[2];
+    const auto in_circle = [&](const Metric& metric) {
+        const double aa = metric.squared(a) * cross(b, c), bb = metric.squared(b) * cross(c, a), cc = metric.squared(c) * cross(a, b);
+        constexpr double kRounding = 1e-12;  // a tie is left as it is, or rounding could flip for ever
+        return aa + bb + cc > kRounding * (std::abs(aa) + std::abs(bb) + std::abs(cc));
+    };
+    if (vote == Vote::Mean && !in_circle(m)) return false;
+    if (vote == Vote::Unanimous)
+        for (const int i : v)
+            if (nodes_[i].pole < 0 && !in_circle(nodes_[i].m)) return false;
+    return orient2d(nodes_[v[0]].p, nodes_[v[1]].p, nodes_[v[2]].p) > 0 && orient2d(nodes_[v[0]].p, nodes_[v[2]].p, nodes_[v[3]].p) > 0;
+}
+
+/// Turns edge a b of triangles (apex, a, b) and (opposite, b, a) into the edge apex - opposite; t keeps a, its neighbour b.
+void Generator::flip(int t, int k) {
+    const int u = triangles_[t].n[k];
+    Tri &tri = triangles_[t], &other = triangles_[u];
+    const int j = planar::side_of(other, t);
+    const int apex = tri.v[k], a = tri.v[next(k)], b = tri.v[previous(k)], opposite = other.v[j];
+    const int beyond_b = tri.n[next(k)], beyond_a = tri.n[previous(k)];    // across b apex, apex a
+    const int under_a = other.n[next(j)], under_b = other.n[previous(j)];  // across a opposite, opposite b
+    if (beyond_b != kOutside) triangles_[beyond_b].n[planar::side_of(triangles_[beyond_b], t)] = u;
+    if (under_a != kOutside) triangles_[under_a].n[planar::side_of(triangles_[under_a], u)] = t;
+    tri.v = {apex, a, opposite};
+    tri.n = {under_a, u, beyond_a};
+    other.v = {apex, opposite, b};
+    other.n = {under_b, beyond_b, t};
+}
+
+/// Makes the triangulation Delaunay in the metric, as far as a metric that varies allows. [Lawson 1977]
+void Generator::flip_all(Vote vote) {
+    const long bound = kFlipsPerEdge * 3L * static_cast<long>(triangles_.size());
+    long flips = 0;
+    std::vector<int> stack;
+    for (int first = 0; first < static_cast<int>(triangles_.size()); ++first) {
+        stack.assign(1, first);
+        while (!stack.empty()) {
+            const int t = stack.back();
+            stack.pop_back();
+            for (int k = 0; k < 3; ++k) {
+                if (!wants_flip(t, k, vote)) continue;
+                if (++flips > bound) {
+                    statistics_.flips_bounded = true;
+                    return;
+                }
+                const int u = triangles_[t].n[k];
+                flip(t, k);
+                stack.push_back(u);
+                stack.push_back(t);
+                break;
+            }
+        }
+    }
+    statistics_.flips += static_cast<int>(flips);
+}
+
 PlanarMesh Generator::run() {
+    flip_all(Vote::Unanimous);
+    push_first_front();
     advance();
+    flip_all(Vote::Mean);
     split_long_edges();
+    flip_all(Vote::Mean);
     return result();
 }
 
