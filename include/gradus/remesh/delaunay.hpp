@@ -30,13 +30,13 @@ struct DelaunayOptions {
 
 /// What the generator did. Counters of bounds reached are 0 in a sound run.
 struct DelaunayStatistics {
-    int front_points = 0;      ///< inserted ahead of the front
-    int split_points = 0;      ///< inserted into long edges left by fronts that met
-    int refused = 0;           ///< candidates too close to a vertex, or outside
-    int flips = 0;             ///< in the closing sweep
-    int long_edges = 0;        ///< interior edges above sqrt(2) left as no point fits in their middle
-    int lost_walks = 0;        ///< walks given up at their bound (10 000 triangles)
-    int unused_points = 0;     ///< points of the domain that lie outside its loops
+    int front_points = 0;         ///< inserted ahead of the front
+    int split_points = 0;         ///< inserted into long edges left by fronts that met
+    int refused = 0;              ///< candidates too close to a vertex, or outside
+    int flips = 0;                ///< in the closing sweep
+    int long_edges = 0;           ///< interior edges above sqrt(2) left as no point fits in their middle
+    int lost_walks = 0;           ///< walks given up at their bound (10 000 triangles)
+    int unused_points = 0;        ///< points of the domain that lie outside its loops
     bool splits_bounded = false;  ///< splitting stopped at its bound (40 sweeps)
     bool flips_bounded = false;   ///< flipping stopped at its bound (10 flips per edge)
 };
