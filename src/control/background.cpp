@@ -70,7 +70,7 @@ Background background_from_soup(const PatchModel& model, const TriangleSoup& sou
         if (!corners_from_table(table, triangle, patch, corners)) {
             const Eigen::Vector2d start = project(model.patch(patch), centre).uv;
             for (int k = 0; k < 3; ++k) {
-                const Projection foot = project(model.patch(patch), soup.points[triangle[k]], start);
+                const PatchProjection foot = project(model.patch(patch), soup.points[triangle[k]], start);
                 if (foot.distance > kOnSurface * model.diagonal())
                     throw std::invalid_argument("background: vertex " + std::to_string(triangle[k] + 1) + " is off patch " + std::to_string(patch + 1) + " by " +
                                                 std::to_string(foot.distance));

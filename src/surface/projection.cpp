@@ -12,7 +12,7 @@ constexpr int kHalvings = 8;
 
 }  // namespace
 
-Projection project(const ParametricSurface& surface, const Eigen::Vector3d& p, const Eigen::Vector2d& start, bool inside) {
+PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d& p, const Eigen::Vector2d& start, bool inside) {
     const Domain domain = surface.domain();
     const Eigen::Vector2d extent = domain.max - domain.min;
     Eigen::Vector2d uv = start;
@@ -58,7 +58,7 @@ Projection project(const ParametricSurface& surface, const Eigen::Vector3d& p, c
     return {uv, distance};
 }
 
-Projection project(const ParametricSurface& surface, const Eigen::Vector3d& p, int cells) {
+PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d& p, int cells) {
     const Domain domain = surface.domain();
     Eigen::Vector2d best = domain.min;
     double least = -1;
