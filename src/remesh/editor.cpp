@@ -156,7 +156,7 @@ double Editor::relax(int v, Aim aim) {
             sy = -d.gy / steep;
         }
     }
-    double step = std::hypot(sx, sy);
+    double step = std::sqrt(sx * sx + sy * sy);
     const double longest = 0.5 * std::sqrt(shortest2);
     if (step > longest) {
         sx *= longest / step;
@@ -264,6 +264,17 @@ bool Editor::collapse(int h) {
     const int v = mesh_.origin(h), g = mesh_.twin(h);
     const Vertex& w = vertices_[mesh_.target(h)];
     bool legal = true;
+    if (vertices_[v].bound == Bound::Curve) {
+        // The energy knows areas, not the lengths of a curve's pieces: keep those unit.
+        const auto stretch = [&](int edge, int other) {
+            if (mesh_.tag(edge) >= 0 && other != mesh_.target(h) && metric_length((vertices_[other].p - w.p).norm(), vertices_[other].h, w.h) > std::numbers::sqrt2)
+                legal = false;
+        };
+        mesh_.for_each_outgoing(v, [&](int e) {
+            stretch(e, mesh_.target(e));
+            stretch(Connectivity::prev(e), mesh_.apex(e));
+        });
+    }
     mesh_.for_each_outgoing(v, [&](int e) {
         if (e == h || (g >= 0 && e == Connectivity::next(g))) return;
         if (triangle_energy(w, vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]) > kLegalEnergy) legal = false;
@@ -340,11 +351,11 @@ void Editor::add_ring(std::vector<int>& around) const {
         });
 }
 
-bool Editor::attempt(Operation operation, int h, Aim aim, double mean) {
+bool Editor::attempt(Operation operation, int h, Aim aim, double mean, Reach reach) {
     const int g = mesh_.twin(h);
     around_.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
     if (g >= 0) around_.push_back(mesh_.apex(g));
-    if (aim == Aim::Worst) add_ring(around_);
+    if (reach == Reach::Wide) add_ring(around_);
     const double before = energy_around(around_, aim, mean);
     journal_.clear();
     saved_.clear();
@@ -358,17 +369,23 @@ bool Editor::attempt(Operation operation, int h, Aim aim, double mean) {
         case Operation::Split: done = (fresh = split(h)) >= 0; break;
     }
     if (fresh >= 0) around_.insert(around_.begin(), fresh);
+    const double enough = before - 1e-4 * std::abs(before) - 1e-6;
     double after = before;
     if (done) {
-        const int rounds = aim == Aim::Worst ? 4 : 2;
-        for (int round = 0; round < rounds; ++round)
+        // Rounds go on while, at the pace of the last one, they may still reach what was before.
+        const int rounds = reach == Reach::Wide ? 4 : 2;
+        double last = std::numeric_limits<double>::infinity();
+        for (int round = 0; round < rounds; ++round) {
             for (const int v : around_)
                 if (mesh_.is_live_vertex(v)) relax(v, aim);
-        after = energy_around(around_, aim, mean);
+            after = energy_around(around_, aim, mean);
+            if (after > enough && after - enough > 2 * (rounds - round) * (last - after)) break;
+            last = after;
+        }
     }
     recording_ = false;
     mesh_.record(nullptr);
-    if (done && after < before - 1e-4 * std::abs(before) - 1e-6) {
+    if (done && after < enough) {
         touched_ = around_;
         return true;
     }

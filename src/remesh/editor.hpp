@@ -94,7 +94,8 @@ class Editor {
     std::pair<double, double> flip_energies(int h) const;
     // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less at `mean`.
     enum class Operation { Flip, Collapse, Split };
-    bool attempt(Operation operation, int h, Aim aim, double mean);
+    enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too
+    bool attempt(Operation operation, int h, Aim aim, double mean, Reach reach = Reach::Near);
     // Vertices around the last operation that was kept.
     const std::vector<int>& touched() const { return touched_; }
 
