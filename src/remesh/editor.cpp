@@ -247,10 +247,8 @@ bool Editor::flip(int h) {
 
 bool Editor::can_collapse(int h) const {
     const Vertex& v = vertices_[mesh_.origin(h)];
-    const Vertex& w = vertices_[mesh_.target(h)];
     if (v.bound == Bound::Fixed) return false;
-    if (v.bound == Bound::Curve && mesh_.tag(h) != v.place.curve) return false;
-    (void)w;
+    if (v.bound == Bound::Curve && mesh_.tag(h) != support_.chain_of(v.place.curve)) return false;
     if (!mesh_.can_collapse(h)) return false;
     const int g = mesh_.twin(h);
     const auto left = [&](int x) { return mesh_.valence(x) > (mesh_.is_boundary_vertex(x) ? 3 : 4); };
@@ -285,24 +283,17 @@ bool Editor::collapse(int h) {
 
 bool Editor::can_split(int h) const { return mesh_.is_live_triangle(h / 3); }
 
-// Parameter of v on a curve it lies on or ends, next to `towards`.
-double Editor::curve_parameter(int v, int curve, int towards) const {
-    const Vertex& x = vertices_[v];
-    if (x.bound == Bound::Curve && x.place.curve == curve) return x.place.t;
-    const auto ends = support_.curve_ends(curve);
-    const double to_start = (x.p - ends[0]).squaredNorm(), to_end = (x.p - ends[1]).squaredNorm();
-    if (ends[0] != ends[1]) return to_start < to_end ? 0 : 1;
-    const Vertex& y = vertices_[towards];
-    return y.bound == Bound::Curve && y.place.t > 0.5 ? 1 : 0;
-}
-
 int Editor::split(int h) {
-    const int a = mesh_.origin(h), b = mesh_.target(h), curve = mesh_.tag(h);
-    const Vertex &va = vertices_[a], &vb = vertices_[b];
+    const int chain = mesh_.tag(h);
+    const Vertex &va = vertices_[mesh_.origin(h)], &vb = vertices_[mesh_.target(h)];
     Vertex m;
-    if (curve >= 0) {
-        const double ta = curve_parameter(a, curve, b), tb = curve_parameter(b, curve, a);
-        take_foot(m, support_.on_curve(curve, (ta + tb) / 2, va.place.cell));
+    if (chain >= 0) {
+        const auto foot = [&](const Vertex& v) {
+            // A vertex of another chain ends this one.
+            const bool inside = v.bound == Bound::Curve && support_.chain_of(v.place.curve) == chain;
+            return Foot{{v.place.at, inside ? v.place.curve : -1, v.place.t, v.place.cell}, v.p, v.n, v.h};
+        };
+        take_foot(m, support_.middle(chain, foot(va), foot(vb)));
         m.bound = Bound::Curve;
         m.crease = mesh_.twin(h) >= 0;
     } else {

@@ -103,7 +103,6 @@ class Editor {
     void renumber();
 
   private:
-    double curve_parameter(int v, int curve, int towards) const;
     double ring_energy(int v, const Vertex& x, Aim aim) const;
     double energy_around(const std::vector<int>& around, Aim aim, double mean);
     void set_vertex(int v, const Vertex& x);

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <deque>
+#include <map>
 #include <numbers>
 #include <queue>
 
@@ -16,7 +17,8 @@ constexpr int kFitRounds = 3;
 constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 constexpr double kWorstAttemptsPerVertex = 2;   // bound on the attempts for the worst triangles
-constexpr int kWorstRounds = 6;
+constexpr int kWorstRounds = 12;
+constexpr double kSameQuality = 1e-4;  // a triangle that changed less is not tried again
 
 class Stopwatch {
   public:
@@ -212,6 +214,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
     const auto most = static_cast<long>(kWorstAttemptsPerVertex * mesh.num_vertices());
+    std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their quality then
     for (int round = 0; round < kWorstRounds; ++round) {
         std::vector<std::pair<double, int>> bad;
         for (int t = 0; t < mesh.num_triangles(); ++t)
@@ -222,17 +225,17 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         for (const auto& [was, t] : bad) {
             if (!mesh.is_live_triangle(t) || report.worst_attempts >= most) continue;
             const Triangle corners = mesh.triangle(t);
+            if (const auto tried = hopeless.find(corners); tried != hopeless.end() && std::abs(tried->second - editor.quality(t)) < kSameQuality) continue;
             for (int sweep = 0; sweep < 3; ++sweep)
                 for (const int v : corners) editor.relax(v, Aim::Worst);
             if (editor.quality(t) >= options.goal) {
                 ++kept_now;
                 continue;
             }
-            for (const Editor::Reach reach : {Editor::Reach::Near, Editor::Reach::Wide})
-                if (improve_around(editor, t, corners, reach, mean, report)) {
-                    ++kept_now;
-                    break;
-                }
+            if (improve_around(editor, t, corners, Editor::Reach::Near, mean, report) || improve_around(editor, t, corners, Editor::Reach::Wide, mean, report))
+                ++kept_now;
+            else
+                hopeless[corners] = editor.quality(t);
         }
         if (kept_now == 0) break;
     }
