@@ -96,6 +96,8 @@ class Editor {
     enum class Operation { Flip, Collapse, Split };
     enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too
     bool attempt(Operation operation, int h, Aim aim, double mean, Reach reach = Reach::Near);
+    // The same for two operations in a row, the second on any edge around: a way out where each alone makes things worse.
+    bool attempt_pair(Operation first, int h, double mean);
     // Vertices around the last operation that was kept.
     const std::vector<int>& touched() const { return touched_; }
 
@@ -113,10 +115,19 @@ class Editor {
     Connectivity mesh_;
     std::vector<int> stamp_;
     int stamp_now_ = 0;
-    Connectivity::Journal journal_;
-    std::vector<std::pair<int, Vertex>> saved_;
-    bool recording_ = false;
-    std::vector<int> touched_, around_;
+    // What one operation and the moves after it changed; a second one may begin inside the first.
+    struct Trial {
+        Connectivity::Journal journal;
+        std::vector<std::pair<int, Vertex>> saved;
+        std::vector<int> around;  // vertices that relax
+    };
+    bool begin(Trial& trial, Operation operation, int h);
+    void keep(const Trial& trial);
+    void roll_back(Trial& trial);
+
+    Trial trials_[2];
+    Trial* recording_ = nullptr;
+    std::vector<int> touched_;
 };
 
 }  // namespace gradus

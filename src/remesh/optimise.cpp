@@ -18,6 +18,7 @@ constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 constexpr double kWorstAttemptsPerVertex = 2;   // bound on the attempts for the worst triangles
 constexpr int kWorstRounds = 12;
+constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
 constexpr double kSameQuality = 1e-4;  // a triangle that changed less is not tried again
 
 class Stopwatch {
@@ -209,6 +210,25 @@ bool improve_around(Editor& editor, int t, const Triangle& corners, Editor::Reac
     return false;
 }
 
+bool improve_by_pairs(Editor& editor, int t, double mean, OptimiseReport& report) {
+    const Connectivity& mesh = editor.mesh();
+    for (const int own : {3 * t, 3 * t + 1, 3 * t + 2})
+        for (const int h : {own, mesh.twin(own)}) {
+            if (h < 0) continue;
+            const auto attempt = [&](Editor::Operation operation) {
+                ++report.worst_attempts;
+                return editor.attempt_pair(operation, h, mean);
+            };
+            const bool once = h == own;
+            if ((once && editor.can_flip(h) && attempt(Editor::Operation::Flip)) || (editor.can_collapse(h) && attempt(Editor::Operation::Collapse)) ||
+                (once && attempt(Editor::Operation::Split))) {
+                ++report.worst_kept;
+                return true;
+            }
+        }
+    return false;
+}
+
 // The same for the triangles below the goal, judged by a high power of the energy, worst first.
 void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
@@ -232,7 +252,8 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 ++kept_now;
                 continue;
             }
-            if (improve_around(editor, t, corners, Editor::Reach::Near, mean, report) || improve_around(editor, t, corners, Editor::Reach::Wide, mean, report))
+            if (improve_around(editor, t, corners, Editor::Reach::Near, mean, report) || improve_around(editor, t, corners, Editor::Reach::Wide, mean, report) ||
+                (editor.quality(t) < options.goal - kFarBelow && improve_by_pairs(editor, t, mean, report)))
                 ++kept_now;
             else
                 hopeless[corners] = editor.quality(t);
