@@ -255,15 +255,27 @@ Vertex vertex_from(const Foot& foot) {
     return v;
 }
 
+// True where the surface has several normals at a pole, as at the tip of a cone.
+bool is_tip(const PatchModel& model, int pole) {
+    constexpr double kCosine = 0.966;  // of 15 degrees, from which curves are creases
+    const Eigen::Vector3d first = model.normal(model.on_curve(pole, 0, 0));
+    for (const double t : {0.25, 0.5, 0.75, 1.0})
+        if (model.normal(model.on_curve(pole, 0, t)).dot(first) < kCosine) return true;
+    return false;
+}
+
 std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& support, const ControlSpace& control, const SharedVertices& shared, const Assembly& assembly) {
     std::vector<Vertex> vertices(assembly.num_vertices());
     const int corners = static_cast<int>(model.vertices().size());
     std::vector<char> on_feature(corners, 0), on_crease(corners, 0);
-    for (const ModelCurve& curve : model.curves())
-        for (const int end : curve.ends) {
-            if (is_feature(curve.kind) || curve.kind == CurveKind::Pole) on_feature[end] = 1;
-            if (curve.kind == CurveKind::Crease) on_crease[end] = 1;
+    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
+        const CurveKind kind = model.curves()[c].kind;
+        const bool several_normals = kind == CurveKind::Crease || (kind == CurveKind::Pole && is_tip(model, c));
+        for (const int end : model.curves()[c].ends) {
+            if (is_feature(kind) || kind == CurveKind::Pole) on_feature[end] = 1;
+            if (several_normals) on_crease[end] = 1;
         }
+    }
     for (int v = 0; v < corners; ++v) {
         const SurfacePoint at = model.vertices()[v].places.front();
         vertices[v] = vertex_from(support.foot({at, -1, 0, control.locate(at)}));
