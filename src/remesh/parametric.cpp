@@ -318,9 +318,11 @@ void tag_features(const PatchModel& model, const PatchSupport& support, const Sh
 // Every place of a vertex on a feature: one per side or corner that has it.
 std::vector<SurfacePoint> places_of(const PatchModel& model, const Vertex& v) {
     std::vector<SurfacePoint> places;
-    if (v.bound == Bound::Curve)
-        for (int use = 0; use < static_cast<int>(model.curves()[v.place.curve].uses.size()); ++use)
-            places.push_back(model.on_curve(v.place.curve, use, v.place.t));
+    if (v.bound == Bound::Curve) {
+        const ModelCurve& curve = model.curves()[v.place.curve];
+        if (v.place.t == 0 || v.place.t == 1) return model.vertices()[curve.ends[v.place.t == 1]].places;
+        for (int use = 0; use < static_cast<int>(curve.uses.size()); ++use) places.push_back(model.on_curve(v.place.curve, use, v.place.t));
+    }
     if (v.bound == Bound::Fixed) {
         const SurfacePoint& at = v.place.at;
         const Domain d = model.patch(at.patch).domain();

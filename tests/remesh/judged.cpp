@@ -24,6 +24,27 @@ bool has_place_on_feature(const PatchModel& model, const SurfacePoint& at) {
     return std::any_of(places.begin(), places.end(), [&](const SurfacePoint& place) { return on_feature(model, place); });
 }
 
+/// Direction in which a curve leaves one of its ends.
+Eigen::Vector3d leaving(const PatchModel& model, int curve, bool from_end) {
+    const auto point = [&](double t) { return model.position(model.on_curve(curve, 0, t)); };
+    return (from_end ? Eigen::Vector3d(point(1 - 1e-6) - point(1)) : Eigen::Vector3d(point(1e-6) - point(0))).normalized();
+}
+
+/// Vertices where feature curves end or meet, other than two that continue each other.
+std::vector<int> corners_of(const PatchModel& model) {
+    std::vector<std::vector<Eigen::Vector3d>> directions(model.vertices().size());
+    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c)
+        if (is_feature(model, c))
+            for (const bool end : {false, true}) directions[model.curves()[c].ends[end]].push_back(leaving(model, c, end));
+    std::vector<int> corners;
+    for (int v = 0; v < static_cast<int>(directions.size()); ++v) {
+        const auto& d = directions[v];
+        if (d.empty() || (d.size() == 2 && d[0].dot(d[1]) < -0.95)) continue;
+        corners.push_back(v);
+    }
+    return corners;
+}
+
 Eigen::Vector3d unit_normal(const SurfaceMesh& mesh, int t) {
     const Triangle& v = mesh.triangles[t];
     return (mesh.points[v[1]] - mesh.points[v[0]]).cross(mesh.points[v[2]] - mesh.points[v[0]]).normalized();
@@ -69,11 +90,9 @@ Judged judge(const models::Kind& kind, const PatchModel& model, RemeshResult res
     const auto key = [](const Eigen::Vector3d& p) { return std::array{p.x(), p.y(), p.z()}; };
     std::set<std::array<double, 3>> points;
     for (const Eigen::Vector3d& p : mesh.points) points.insert(key(p));
-    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
-        if (!is_feature(model, c)) continue;
-        judged.curve_length += model.curves()[c].length;
-        for (const int end : model.curves()[c].ends) judged.missing_corners += !points.count(key(model.vertices()[end].point));
-    }
+    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c)
+        if (is_feature(model, c)) judged.curve_length += model.curves()[c].length;
+    for (const int v : corners_of(model)) judged.missing_corners += !points.count(key(model.vertices()[v].point));
     return judged;
 }
 

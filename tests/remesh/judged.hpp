@@ -34,7 +34,7 @@ struct Judged {
     double off_surface = 0;     ///< largest distance of a vertex from the equation of the surface
     int misplaced = 0;          ///< vertices that are not bitwise at their place
     int stray_features = 0;     ///< feature vertices that are not on a side of a boundary or crease curve
-    int missing_corners = 0;    ///< ends of feature curves that are no vertex
+    int missing_corners = 0;    ///< of the model, that are no vertex
     int missing_boundary = 0;   ///< boundary edges of the mesh that are not among its features
     double feature_length = 0;  ///< of all feature edges
     double curve_length = 0;    ///< of all feature curves
