@@ -97,7 +97,8 @@ void Builder::add_box() {
     low -= margin;
     high += margin;
     const int n = num_points_;
-    for (const Eigen::Vector2d& p : {low, Eigen::Vector2d(high.x(), low.y()), high, Eigen::Vector2d(low.x(), high.y())}) points_.push_back(p);
+    for (const Eigen::Vector2d& p : {low, Eigen::Vector2d(high.x(), low.y()), high, Eigen::Vector2d(low.x(), high.y())})
+        points_.push_back(p);
     triangles_.resize(2);
     triangles_[0] = {.v = {n, n + 1, n + 2}, .n = {kOutside, 1, kOutside}};
     triangles_[1] = {.v = {n, n + 2, n + 3}, .n = {kOutside, kOutside, 0}};
@@ -146,7 +147,8 @@ void Builder::recover(const std::array<int, 2>& segment) {
         const int right = tri.v[next(k)], left = tri.v[previous(k)];
         if (right == b) return fix(t, previous(k));
         const int side = orient2d(at(a), at(right), at(b));
-        if (side == 0 && (at(right) - at(a)).dot(at(b) - at(a)) > 0) refuse("segment " + name(segment) + " touches point " + std::to_string(right));
+        if (side == 0 && (at(right) - at(a)).dot(at(b) - at(a)) > 0)
+            refuse("segment " + name(segment) + " touches point " + std::to_string(right));
         if (side > 0 && left != b && orient2d(at(a), at(left), at(b)) < 0) return carve(a, b, t);
         t = tri.n[next(k)];
     } while (t != first);

@@ -2,22 +2,22 @@
 /// Every decision of topology rests on exact signs.
 #pragma once
 
-#include "gradus/remesh/predicates.hpp"
-
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "gradus/remesh/predicates.hpp"
 
 namespace gradus::planar {
 
 constexpr int kOutside = -1;
 
 struct Tri {
-    std::array<int, 3> v;  ///< counter-clockwise
+    std::array<int, 3> v;                                ///< counter-clockwise
     std::array<int, 3> n{kOutside, kOutside, kOutside};  ///< n[k] lies across the edge v[k+1] v[k+2]
-    int level = -1;             ///< free for the user
-    std::uint8_t fixed = 0;     ///< bit k: the edge opposite v[k] is a segment with triangles on both sides (while building)
+    int level = -1;                                      ///< free for the user
+    std::uint8_t fixed = 0;  ///< bit k: the edge opposite v[k] is a segment with triangles on both sides (while building)
 
     bool is_fixed(int k) const { return (fixed >> k) & 1; }
 };
@@ -63,10 +63,8 @@ Location walk_to(const std::vector<Tri>& triangles, const PointOf& point_of, int
         for (int i = 0, k = step % 3; i < 3 && through == kOutside; ++i, k = next(k)) {
             if (from != kOutside && tri.n[k] == from) continue;
             if (orient2d(point_of(tri.v[next(k)]), point_of(tri.v[previous(k)]), p) >= 0) continue;
-            if (tri.n[k] == kOutside)
-                blocked = true;
-            else
-                through = tri.n[k];
+            if (tri.n[k] == kOutside) blocked = true;
+            else through = tri.n[k];
         }
         if (through == kOutside) return {blocked ? Walk::Blocked : Walk::Found, t};
         from = t;

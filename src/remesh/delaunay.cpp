@@ -1,12 +1,12 @@
 #include "gradus/remesh/delaunay.hpp"
 
-#include "constrained_triangulation.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <string>
+
+#include "constrained_triangulation.hpp"
 
 namespace gradus {
 namespace {
@@ -24,7 +24,8 @@ constexpr double kDoneRadius2 = 0.75;
 constexpr double kDoneEdge = 1.25;
 // A candidate nearer than this to a vertex is refused. Above 1/sqrt(2), as rows that crowd shed points early and one by one.
 constexpr double kCloseFront = 0.8;
-constexpr double kMovable = 0.65;  // nearer than this, it is not worth moving
+constexpr double kMovable = 0.65;  // a refused candidate nearer than this to a vertex is not worth moving
+// The same for the middle of a long edge, where a short edge is the lesser evil.
 constexpr double kCloseSplit = 0.55;
 constexpr double kMovableSplit = 0.3;
 constexpr double kLongEdge = 1.4142135623730951;
@@ -47,7 +48,7 @@ struct Node {
     Vector2d p;
     Metric m;
     int hint = -1;
-    int pole = -1;  ///< the collapsed side it lies on
+    int pole = -1;  ///< the collapsed side it lies on, or -1
 };
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -97,7 +98,7 @@ class Generator {
     };
 
     void read_domain();
-    void mark_poles(const PlanarDomain& domain);
+    void mark_poles();
     void advance();
     void split_long_edges();
     std::vector<LongEdge> long_edges(const std::vector<int>& of) const;
@@ -175,38 +176,50 @@ void Generator::read_domain() {
     for (std::size_t i = 0; i < n; ++i) {
         const Eigen::Matrix2d& m = metrics[i];
         nodes_[i].p = domain_.points[i].cwiseProduct(scale_);
-        nodes_[i].m = {m(0, 0) / (scale_.x() * scale_.x()), (m(0, 1) + m(1, 0)) / 2 / (scale_.x() * scale_.y()), m(1, 1) / (scale_.y() * scale_.y())};
+        nodes_[i].m = {m(0, 0) / (scale_.x() * scale_.x()), (m(0, 1) + m(1, 0)) / 2 / (scale_.x() * scale_.y()),
+                       m(1, 1) / (scale_.y() * scale_.y())};
     }
     std::vector<Vector2d> points(n);
     for (std::size_t i = 0; i < n; ++i) points[i] = nodes_[i].p;
     triangles_ = planar::triangulate_loops(points, domain_.segments);
-    mark_poles(domain_);
+    mark_poles();
 }
 
-/// Segments of length 0 that hang together are one pole.
-void Generator::mark_poles(const PlanarDomain& domain) {
-    for (const auto& [a, b] : domain.segments) {
-        if (length(a, b) > kCollapsed) continue;
-        const int joined = nodes_[a].pole >= 0 ? nodes_[a].pole : nodes_[b].pole;
-        const int pole = joined >= 0 ? joined : static_cast<int>(poles_.size());
-        if (joined < 0) poles_.emplace_back();
-        poles_[pole].push_back({a, b});
-        const int other = nodes_[a].pole >= 0 && nodes_[b].pole >= 0 && nodes_[b].pole != pole ? nodes_[b].pole : pole;
-        nodes_[a].pole = nodes_[b].pole = pole;
-        if (other == pole) continue;
-        for (const auto& s : poles_[other]) {
-            poles_[pole].push_back(s);
-            nodes_[s[0]].pole = nodes_[s[1]].pole = pole;
+/// Segments of length 0 that hang together are one pole, unless so many of them do that they are just a very fine boundary.
+void Generator::mark_poles() {
+    std::vector<double> extent;
+    const auto join = [&](int from, int to) {
+        for (const auto& [i, j] : poles_[from]) nodes_[i].pole = nodes_[j].pole = to;
+        poles_[to].insert(poles_[to].end(), poles_[from].begin(), poles_[from].end());
+        poles_[from].clear();
+        extent[to] += extent[from];
+    };
+    for (const auto& [a, b] : domain_.segments) {
+        const Vector2d d = nodes_[b].p - nodes_[a].p;
+        const double l = mean_length(nodes_[a].m.length(d), nodes_[b].m.length(d));
+        if (l > kCollapsed) continue;
+        const int at_a = nodes_[a].pole, at_b = nodes_[b].pole;
+        const int pole = at_a >= 0 ? at_a : at_b >= 0 ? at_b : static_cast<int>(poles_.size());
+        if (pole == static_cast<int>(poles_.size())) {
+            poles_.emplace_back();
+            extent.push_back(0);
         }
-        poles_[other].clear();
+        if (at_a >= 0 && at_b >= 0 && at_a != at_b) join(at_b, pole);
+        poles_[pole].push_back({a, b});
+        extent[pole] += l;
+        nodes_[a].pole = nodes_[b].pole = pole;
     }
+    for (std::size_t pole = 0; pole < poles_.size(); ++pole)
+        if (extent[pole] > 10 * kCollapsed)
+            for (const auto& [i, j] : poles_[pole]) nodes_[i].pole = nodes_[j].pole = -1;
 }
 
 Metric Generator::ask(const Vector2d& p, int& hint) const {
     const Vector2d uv = p.cwiseQuotient(scale_);
     const Eigen::Matrix2d m = checked(field_(uv, hint), uv);
     const double t = 1 / (options_.target * options_.target);
-    return {t * m(0, 0) / (scale_.x() * scale_.x()), t * (m(0, 1) + m(1, 0)) / 2 / (scale_.x() * scale_.y()), t * m(1, 1) / (scale_.y() * scale_.y())};
+    return {t * m(0, 0) / (scale_.x() * scale_.x()), t * (m(0, 1) + m(1, 0)) / 2 / (scale_.x() * scale_.y()),
+            t * m(1, 1) / (scale_.y() * scale_.y())};
 }
 
 /// Where a node stands seen from p: a pole is a whole segment of the plane, so it is met at the point of it nearest to p.
@@ -278,8 +291,7 @@ bool Generator::pop(FrontEdge& edge, int& level) {
 }
 
 void Generator::push_first_front() {
-    for (Tri& t : triangles_)
-        t.level = is_done(length(t.v[0], t.v[1]), length(t.v[1], t.v[2]), length(t.v[2], t.v[0])) ? 0 : -1;
+    for (Tri& t : triangles_) t.level = is_done(length(t.v[0], t.v[1]), length(t.v[1], t.v[2]), length(t.v[2], t.v[0])) ? 0 : -1;
     for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
         for (int k = 0; k < 3; ++k) {
             const int n = triangles_[t].n[k];
@@ -382,7 +394,8 @@ bool Generator::is_clear(const Candidate& candidate, double close) {
 bool Generator::insert(const Candidate& candidate, double close, int level) {
     if (!open_cavity(candidate)) return false;
     if (!is_clear(candidate, close)) return false;
-    if (nodes_.size() >= options_.max_points) throw std::length_error("mesh_domain: more than " + std::to_string(options_.max_points) + " points");
+    if (nodes_.size() >= options_.max_points)
+        throw std::length_error("mesh_domain: more than " + std::to_string(options_.max_points) + " points");
     planar::fill_cavity(triangles_, static_cast<int>(nodes_.size()), cavity_, fan_);
     nodes_.push_back({candidate.p, candidate.m, candidate.hint, -1});
     judge_fan(level);
@@ -589,10 +602,12 @@ void Generator::flip_all(Vote vote) {
             stack.pop_back();
             for (int k = 0; k < 3; ++k) {
                 if (!wants_flip(t, k, vote)) continue;
-                if (++flips > bound) {
+                if (flips == bound) {
                     statistics_.flips_bounded = true;
+                    statistics_.flips += static_cast<int>(flips);
                     return;
                 }
+                ++flips;
                 const int u = triangles_[t].n[k];
                 flip(t, k);
                 stack.push_back(u);

@@ -1,8 +1,8 @@
 /// Time per point of the planar generator. The metric is a closed form, so its cost hardly counts.
+#include <benchmark/benchmark.h>
+
 #include "gradus/remesh/delaunay.hpp"
 #include "support/planar_cases.hpp"
-
-#include <benchmark/benchmark.h>
 
 using namespace gradus;
 using namespace gradus::planar_cases;
@@ -17,7 +17,8 @@ void run(benchmark::State& state, const PlanarDomain& domain, const MetricField&
         benchmark::DoNotOptimize(mesh.triangles.data());
     }
     state.counters["points"] = static_cast<double>(points);
-    state.counters["per_point"] = benchmark::Counter(static_cast<double>(points), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["per_point"] =
+        benchmark::Counter(static_cast<double>(points), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void uniform_square(benchmark::State& state) {

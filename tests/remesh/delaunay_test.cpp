@@ -1,12 +1,12 @@
 #include "gradus/remesh/delaunay.hpp"
 
-#include "gradus/remesh/predicates.hpp"
-#include "support/planar_cases.hpp"
-
 #include <catch2/catch.hpp>
 #include <limits>
 #include <random>
 #include <stdexcept>
+
+#include "gradus/remesh/predicates.hpp"
+#include "support/planar_cases.hpp"
 
 using namespace gradus;
 using namespace gradus::planar_cases;
@@ -103,7 +103,8 @@ double deepest_intrusion(const PlanarMesh& mesh) {
     for (const auto& t : mesh.triangles) {
         const Vector2d a = mesh.points[t[0]], b = mesh.points[t[1]] - a, c = mesh.points[t[2]] - a;
         const double d = 2 * (b.x() * c.y() - b.y() * c.x());
-        const Vector2d centre = Vector2d(c.y() * b.squaredNorm() - b.y() * c.squaredNorm(), b.x() * c.squaredNorm() - c.x() * b.squaredNorm()) / d;
+        const Vector2d centre =
+            Vector2d(c.y() * b.squaredNorm() - b.y() * c.squaredNorm(), b.x() * c.squaredNorm() - c.x() * b.squaredNorm()) / d;
         for (const Vector2d& p : mesh.points) deepest = std::max(deepest, 1 - (p - a - centre).norm() / centre.norm());
     }
     return deepest;
@@ -151,10 +152,8 @@ TEST_CASE("In the identity metric the mesh of a domain with a hole is locally De
         const auto twin = apex.find({edge[1], edge[0]});
         if (twin == apex.end()) continue;
         // Opposite angles of the two triangles add up to no more than pi.
-        const auto cosine = [&](int q) {
-            const Vector2d a = (mesh.points[edge[0]] - mesh.points[q]).normalized(), b = (mesh.points[edge[1]] - mesh.points[q]).normalized();
-            return a.dot(b);
-        };
+        const Vector2d from = mesh.points[edge[0]], to = mesh.points[edge[1]];
+        const auto cosine = [&](int q) { return (from - mesh.points[q]).normalized().dot((to - mesh.points[q]).normalized()); };
         REQUIRE(std::acos(cosine(p)) + std::acos(cosine(twin->second)) < kPi + 1e-6);
     }
 }
@@ -272,6 +271,15 @@ TEST_CASE("A sphere in longitude and latitude is meshed between its poles, drawn
     CHECK(facts.shortest > 0.5);
     CHECK(facts.longest < 1.6);
     CHECK(double(mesh.triangles.size()) == Approx(ideal_count(4 * kPi / (size * size))).epsilon(0.1));
+}
+
+TEST_CASE("A boundary far finer than asked for is not taken for a pole", "[delaunay]") {
+    PlanarDomain domain;
+    add_circle(domain, uniform_metric(0.0005), {0, 0}, 1);
+    const MetricField metric = uniform_metric(0.6);
+    const PlanarMesh mesh = mesh_domain(domain, metric);
+    require_sound(mesh, domain);
+    CHECK(mesh.statistics.front_points + mesh.statistics.split_points > 0);
 }
 
 TEST_CASE("Random star polygons with random metrics give sound meshes", "[delaunay][property]") {

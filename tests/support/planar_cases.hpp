@@ -1,8 +1,6 @@
 /// Domains cut to unit length and facts of planar meshes, for the tests and benchmarks of the planar generator.
 #pragma once
 
-#include "gradus/remesh/delaunay.hpp"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -10,6 +8,8 @@
 #include <functional>
 #include <map>
 #include <vector>
+
+#include "gradus/remesh/delaunay.hpp"
 
 namespace gradus::planar_cases {
 
@@ -65,7 +65,8 @@ inline void add_rectangle(PlanarDomain& domain, const MetricField& metric, doubl
 }
 
 inline void add_circle(PlanarDomain& domain, const MetricField& metric, const Vector2d& centre, double radius) {
-    add_loop(domain, metric, {[=](double t) { return Vector2d(centre + radius * Vector2d(std::cos(2 * kPi * t), std::sin(2 * kPi * t))); }});
+    add_loop(domain, metric,
+             {[=](double t) { return Vector2d(centre + radius * Vector2d(std::cos(2 * kPi * t), std::sin(2 * kPi * t))); }});
 }
 
 inline MetricField constant_metric(const Matrix2d& m) {

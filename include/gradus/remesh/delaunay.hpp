@@ -12,9 +12,11 @@ namespace gradus {
 
 /// Region inside closed loops (even-odd), in any order and direction. Fastest when points of a loop follow each other.
 /// Points that belong to no segment become vertices too, when they lie inside.
+/// A side collapsed to a point (a pole) is one segment, or several, of length below 1e-3: distances to it are measured to the nearest
+/// place on it, so that triangles fan out from its points; those on the segment itself are degenerate in space.
 struct PlanarDomain {
     std::vector<Eigen::Vector2d> points;
-    std::vector<std::array<int, 2>> segments;  ///< of unit length in the metric, but for the sides that are collapsed to a point (length 0)
+    std::vector<std::array<int, 2>> segments;  ///< of about unit length in the metric, or collapsed
     std::vector<int> hints;                    ///< one per point, first value of the metric's hint; empty: all -1
 };
 
@@ -30,13 +32,13 @@ struct DelaunayOptions {
 
 /// What the generator did. Counters of bounds reached are 0 in a sound run.
 struct DelaunayStatistics {
-    int front_points = 0;      ///< inserted ahead of the front
-    int split_points = 0;      ///< inserted into long edges left by fronts that met
-    int refused = 0;           ///< candidates too close to a vertex, or outside
-    int flips = 0;             ///< in the closing sweep
-    int long_edges = 0;        ///< interior edges above sqrt(2) left as no point fits in their middle
-    int lost_walks = 0;        ///< walks given up at their bound (10 000 triangles)
-    int unused_points = 0;     ///< points of the domain that lie outside its loops
+    int front_points = 0;         ///< inserted ahead of the front
+    int split_points = 0;         ///< inserted into long edges left by fronts that met
+    int refused = 0;              ///< candidates too close to a vertex, or outside
+    int flips = 0;                ///< before the front starts and in the closing sweeps
+    int long_edges = 0;           ///< interior edges above sqrt(2) left as no point fits in their middle
+    int lost_walks = 0;           ///< walks given up at their bound (10 000 triangles)
+    int unused_points = 0;        ///< points of the domain that lie outside its loops
     bool splits_bounded = false;  ///< splitting stopped at its bound (40 sweeps)
     bool flips_bounded = false;   ///< flipping stopped at its bound (10 flips per edge)
 };
