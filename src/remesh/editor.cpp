@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <limits>
+#include <numbers>
 
 namespace gradus {
 
@@ -21,6 +22,7 @@ Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
 // First and second derivatives of the energy sum in a tangent plane.
 struct Derivatives {
     double value = 0, gx = 0, gy = 0, hxx = 0, hxy = 0, hyy = 0;
+    bool folded = false;  // a penalty is part of the value, though not of its derivatives
 };
 
 // Adds triangle (x, a, b), with alpha and beta the edges to a and b in the plane (u, v).
@@ -39,7 +41,10 @@ void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen
     double value = shape + kSizeWeight / 2 * (m + 1 / m - 2);
     const auto turn = [&](const Vertex& w) { return w.crease ? twice_area : n.dot(w.n); };
     const double cosine = std::min({turn(x), turn(a), turn(b)}) * i;
-    if (cosine < kFoldCosine) value += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
+    if (cosine < kFoldCosine) {
+        value += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
+        sum.folded = true;
+    }
     const double d1 = -shape * i + kSizeWeight / 2 * (k - i / m);          // by twice the area
     const double d2 = 2 * shape * i * i + kSizeWeight * i * i / m;
     const double gx = c * i * Sx + d1 * Ax, gy = c * i * Sy + d1 * Ay;
@@ -153,25 +158,43 @@ double Editor::relax(int v, Aim aim) {
     }
     double step = std::hypot(sx, sy);
     const double longest = 0.5 * std::sqrt(shortest2);
-    if (!(step > kStillMoves * x.h)) return 0;
     if (step > longest) {
         sx *= longest / step;
         sy *= longest / step;
         step = longest;
     }
-    for (int halving = 0; halving < 3; ++halving, sx /= 3, sy /= 3, step /= 3) {
-        if (step < kStillMoves * x.h) return 0;
-        const Eigen::Vector3d target = x.p + sx * u + sy * w;
+    const auto moved_by = [&](double along_u, double along_w) -> std::optional<Vertex> {
+        const Eigen::Vector3d target = x.p + along_u * u + along_w * w;
         const std::optional<Foot> foot = x.bound == Bound::Curve ? support_.slide(x.place, target) : support_.move(x.place, target);
-        if (!foot) continue;
+        if (!foot) return std::nullopt;
         Vertex moved = x;
         take_foot(moved, *foot);
-        if (ring_energy(v, moved, aim) < d.value) {
-            set_vertex(v, moved);
-            return step / moved.h;
-        }
+        return moved;
+    };
+    for (int halving = 0; halving < 3 && step > kStillMoves * x.h; ++halving, sx /= 3, sy /= 3, step /= 3) {
+        const std::optional<Vertex> moved = moved_by(sx, sy);
+        if (!moved || ring_energy(v, *moved, aim) >= d.value) continue;
+        const double part = step / moved->h;
+        set_vertex(v, *moved);
+        return part;
     }
-    return 0;
+    if (!d.folded || x.bound != Bound::Free) return 0;
+    // Where the surface bends within one edge the penalty rules: the best of a few directions.
+    double least = d.value;
+    std::optional<Vertex> best;
+    for (const double reach : {0.2 * x.h, 0.05 * x.h})
+        for (int i = 0; i < 8; ++i) {
+            constexpr double kDiagonal = std::numbers::sqrt2 / 2;
+            constexpr double kCos[8] = {1, kDiagonal, 0, -kDiagonal, -1, -kDiagonal, 0, kDiagonal};
+            const std::optional<Vertex> moved = moved_by(reach * kCos[i], reach * kCos[(i + 6) % 8]);
+            if (!moved) continue;
+            const double energy = ring_energy(v, *moved, aim);
+            if (energy < least) least = energy, best = moved;
+        }
+    if (!best) return 0;
+    const double part = (best->p - x.p).norm() / best->h;
+    set_vertex(v, *best);
+    return part;
 }
 
 int Editor::flip_gain(int h) const {
@@ -308,10 +331,20 @@ double Editor::energy_around(const std::vector<int>& around, Aim aim, double mea
     return sum;
 }
 
+void Editor::add_ring(std::vector<int>& around) const {
+    const std::size_t inner = around.size();
+    for (std::size_t i = 0; i < inner; ++i)
+        mesh_.for_each_outgoing(around[i], [&](int h) {
+            for (const int v : {mesh_.target(h), mesh_.apex(h)})
+                if (std::find(around.begin(), around.end(), v) == around.end()) around.push_back(v);
+        });
+}
+
 bool Editor::attempt(Operation operation, int h, Aim aim, double mean) {
     const int g = mesh_.twin(h);
     around_.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
     if (g >= 0) around_.push_back(mesh_.apex(g));
+    if (aim == Aim::Worst) add_ring(around_);
     const double before = energy_around(around_, aim, mean);
     journal_.clear();
     saved_.clear();
@@ -327,7 +360,8 @@ bool Editor::attempt(Operation operation, int h, Aim aim, double mean) {
     if (fresh >= 0) around_.insert(around_.begin(), fresh);
     double after = before;
     if (done) {
-        for (int round = 0; round < 2; ++round)
+        const int rounds = aim == Aim::Worst ? 4 : 2;
+        for (int round = 0; round < rounds; ++round)
             for (const int v : around_)
                 if (mesh_.is_live_vertex(v)) relax(v, aim);
         after = energy_around(around_, aim, mean);

@@ -29,8 +29,8 @@ struct alignas(64) Vertex {
 // Energy of a triangle: 1 / (area-length quality), plus a term that is 0 where its area is the one asked for, plus a penalty where
 // it turns away from the surface. 1 for the ideal triangle. [remeshing notes; shape term: Bank & Smith 1997]
 inline constexpr double kSizeWeight = 0.1;
-inline constexpr double kFoldCosine = 0.85;  // triangles may turn this far (32 degrees) from the surface unpunished
-inline constexpr double kFoldWeight = 20;
+inline constexpr double kFoldCosine = 0.56;  // triangles may turn this far (56 degrees) from the surface unpunished
+inline constexpr double kFoldWeight = 60;
 
 inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c) {
     const Eigen::Vector3d e1 = b.p - a.p, e2 = c.p - a.p;
@@ -106,6 +106,7 @@ class Editor {
     double ring_energy(int v, const Vertex& x, Aim aim) const;
     double energy_around(const std::vector<int>& around, Aim aim, double mean);
     void set_vertex(int v, const Vertex& x);
+    void add_ring(std::vector<int>& around) const;
 
     const Support& support_;
     std::vector<Vertex> vertices_;
