@@ -1,0 +1,38 @@
+#include <clocale>
+#include <csignal>
+
+#include "commands.hpp"
+#include "version.hpp"
+
+namespace {
+
+/// Errors of the command line in one line, in the words of the parser.
+[[noreturn]] void fail_usage(const CLI::App& app, const CLI::ParseError& error) {
+    const auto named = app.get_subcommands();
+    throw gradus::app::UsageError(std::string(error.what()) + "; see gradus " + (named.empty() ? "" : named.front()->get_name() + " ") + "--help");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    using namespace gradus::app;
+    std::signal(SIGPIPE, SIG_DFL);
+    return guarded([&] {
+        CLI::App app{"Surface mesh gradation: sizes from curvature, how fast they may change, and the mesh that follows", "gradus"};
+        app.require_subcommand(1);
+        app.set_version_flag("--version", kVersion);
+        app.get_formatter()->column_width(32);
+        Run run;
+        add_sizemap(app, run);
+        add_grade(app, run);
+        add_remesh(app, run);
+        try {
+            app.parse(argc, argv);
+        } catch (const CLI::Success& help) {
+            return app.exit(help);
+        } catch (const CLI::ParseError& error) {
+            fail_usage(app, error);
+        }
+        return run();
+    });
+}

@@ -1,0 +1,119 @@
+#include "pictures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "gradus/gradation/measures.hpp"
+
+namespace gradus::app {
+
+namespace {
+
+constexpr double kEnlarged = 0.13;  // width of an enlargement, fraction of the extent of the mesh
+constexpr double kApart = 0.1;      // least distance of two enlarged places, the same
+
+double extent_of(const SurfaceMesh& mesh) {
+    Eigen::Vector3d low = mesh.points.front(), high = low;
+    for (const Eigen::Vector3d& p : mesh.points) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    return (high - low).norm();
+}
+
+std::vector<Eigen::Vector3d> normals_of(const SurfaceMesh& mesh) {
+    std::vector<Eigen::Vector3d> normals(mesh.points.size(), Eigen::Vector3d::Zero());
+    for (const Triangle& t : mesh.triangles) {
+        const Eigen::Vector3d n = (mesh.points[t[1]] - mesh.points[t[0]]).cross(mesh.points[t[2]] - mesh.points[t[0]]);
+        for (const int v : t) normals[v] += n;
+    }
+    for (Eigen::Vector3d& n : normals) n.normalize();
+    return normals;
+}
+
+// Whether a ray from `from` meets a triangle. [Moeller, Trumbore 1997]
+bool meets(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+    const Eigen::Vector3d e1 = b - a, e2 = c - a, p = way.cross(e2), s = from - a, q = s.cross(e1);
+    const double det = e1.dot(p);
+    if (std::abs(det) < 1e-300) return false;
+    const double u = s.dot(p) / det, v = way.dot(q) / det;
+    return u >= 0 && v >= 0 && u + v <= 1 && e2.dot(q) / det > 0;
+}
+
+bool is_seen(const SurfaceMesh& mesh, const Eigen::Vector3d& from, const Eigen::Vector3d& way) {
+    return std::none_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+        return meets(from, way, mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+    });
+}
+
+// Looks along the normal, rather from above and from the side of the usual view; nothing if the place is hidden from everywhere.
+std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& normal, double extent) {
+    std::vector<Eigen::Vector3d> ways;
+    for (const double height : {0.35, 0.8, 0.0, 1.6, -0.5})
+        for (int k = 0; k < 16; ++k) {
+            const double angle = -1.0 + k * std::numbers::pi / 8;
+            ways.push_back(Eigen::Vector3d(std::cos(angle), std::sin(angle), height).normalized());
+        }
+    const Eigen::Vector3d usual = Camera{}.direction.normalized();
+    std::stable_sort(ways.begin(), ways.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+        return a.dot(normal) + 0.3 * a.dot(usual) > b.dot(normal) + 0.3 * b.dot(usual);
+    });
+    const Eigen::Vector3d from = place + 1e-4 * extent * normal;
+    for (const Eigen::Vector3d& way : ways)
+        if (way.dot(normal) > 0.2 && is_seen(mesh, from, way)) return way;
+    return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<double> shocks_of(const SurfaceMesh& mesh) { return vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes); }
+
+std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
+    const std::vector<double> shocks = shocks_of(mesh);
+    const std::vector<Eigen::Vector3d> normals = normals_of(mesh);
+    const double extent = extent_of(mesh);
+    std::vector<int> order(mesh.points.size());
+    for (std::size_t v = 0; v < order.size(); ++v) order[v] = static_cast<int>(v);
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return shocks[a] != shocks[b] ? shocks[a] > shocks[b] : a < b; });
+
+    std::vector<Camera> cameras;
+    std::vector<Eigen::Vector3d> tried;
+    for (const int v : order) {
+        if (static_cast<int>(cameras.size()) == count) break;
+        const Eigen::Vector3d& place = mesh.points[v];
+        if (std::any_of(tried.begin(), tried.end(), [&](const Eigen::Vector3d& p) { return (p - place).norm() < kApart * extent; })) continue;
+        const auto way = view_of(mesh, place, normals[v], extent);
+        if (!way) continue;
+        tried.push_back(place);
+        cameras.push_back({.direction = *way, .target = place, .width = kEnlarged * extent});
+    }
+    return cameras;
+}
+
+Image draw(const SurfaceMesh& mesh, const Camera& camera, Show show, const std::optional<Range>& range) {
+    DrawnMesh drawn{.points = mesh.points, .triangles = mesh.triangles, .features = mesh.features};
+    std::vector<double> shocks;
+    RenderOptions options;
+    if (show == Show::Edges) return render(drawn, camera, options);
+    options.edge_width = 0;
+    if (show == Show::Size) {
+        drawn.field = ScalarField{.values = mesh.sizes, .scale = Scale::Logarithmic, .range = range, .title = "size"};
+    } else {
+        shocks = shocks_of(mesh);
+        drawn.field = ScalarField{.values = shocks, .scale = Scale::Logarithmic, .range = range, .title = "H-shock"};
+    }
+    return render(drawn, camera, options);
+}
+
+std::vector<Picture> pictures_of(const SurfaceMesh& mesh) {
+    std::vector<Picture> pictures;
+    pictures.push_back({"mesh", fmt::format("{} triangles", mesh.triangles.size()), draw(mesh, {}, Show::Edges)});
+    pictures.push_back({"size", "sizes asked for", draw(mesh, {}, Show::Size)});
+    int number = 0;
+    for (const Camera& camera : enlargements(mesh, 2)) {
+        const std::string index = std::to_string(++number);
+        pictures.push_back({"enlargement-" + index, "where sizes change most, " + index, draw(mesh, camera, Show::Edges)});
+    }
+    return pictures;
+}
+
+}  // namespace gradus::app
