@@ -101,7 +101,7 @@ double Editor::length(int h) const {
 }
 
 void Editor::set_vertex(int v, const Vertex& x) {
-    if (recording_) saved_.emplace_back(v, vertices_[v]);
+    if (recording_) recording_->saved.emplace_back(v, vertices_[v]);
     vertices_[v] = x;
 }
 
@@ -156,7 +156,7 @@ double Editor::relax(int v, Aim aim) {
             sy = -d.gy / steep;
         }
     }
-    double step = std::hypot(sx, sy);
+    double step = std::sqrt(sx * sx + sy * sy);
     const double longest = 0.5 * std::sqrt(shortest2);
     if (step > longest) {
         sx *= longest / step;
@@ -247,10 +247,8 @@ bool Editor::flip(int h) {
 
 bool Editor::can_collapse(int h) const {
     const Vertex& v = vertices_[mesh_.origin(h)];
-    const Vertex& w = vertices_[mesh_.target(h)];
     if (v.bound == Bound::Fixed) return false;
-    if (v.bound == Bound::Curve && mesh_.tag(h) != v.place.curve) return false;
-    (void)w;
+    if (v.bound == Bound::Curve && mesh_.tag(h) != support_.chain_of(v.place.curve)) return false;
     if (!mesh_.can_collapse(h)) return false;
     const int g = mesh_.twin(h);
     const auto left = [&](int x) { return mesh_.valence(x) > (mesh_.is_boundary_vertex(x) ? 3 : 4); };
@@ -264,6 +262,17 @@ bool Editor::collapse(int h) {
     const int v = mesh_.origin(h), g = mesh_.twin(h);
     const Vertex& w = vertices_[mesh_.target(h)];
     bool legal = true;
+    if (vertices_[v].bound == Bound::Curve) {
+        // The energy knows areas, not the lengths of a curve's pieces: keep those unit.
+        const auto stretch = [&](int edge, int other) {
+            if (mesh_.tag(edge) >= 0 && other != mesh_.target(h) && metric_length((vertices_[other].p - w.p).norm(), vertices_[other].h, w.h) > std::numbers::sqrt2)
+                legal = false;
+        };
+        mesh_.for_each_outgoing(v, [&](int e) {
+            stretch(e, mesh_.target(e));
+            stretch(Connectivity::prev(e), mesh_.apex(e));
+        });
+    }
     mesh_.for_each_outgoing(v, [&](int e) {
         if (e == h || (g >= 0 && e == Connectivity::next(g))) return;
         if (triangle_energy(w, vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]) > kLegalEnergy) legal = false;
@@ -274,24 +283,17 @@ bool Editor::collapse(int h) {
 
 bool Editor::can_split(int h) const { return mesh_.is_live_triangle(h / 3); }
 
-// Parameter of v on a curve it lies on or ends, next to `towards`.
-double Editor::curve_parameter(int v, int curve, int towards) const {
-    const Vertex& x = vertices_[v];
-    if (x.bound == Bound::Curve && x.place.curve == curve) return x.place.t;
-    const auto ends = support_.curve_ends(curve);
-    const double to_start = (x.p - ends[0]).squaredNorm(), to_end = (x.p - ends[1]).squaredNorm();
-    if (ends[0] != ends[1]) return to_start < to_end ? 0 : 1;
-    const Vertex& y = vertices_[towards];
-    return y.bound == Bound::Curve && y.place.t > 0.5 ? 1 : 0;
-}
-
 int Editor::split(int h) {
-    const int a = mesh_.origin(h), b = mesh_.target(h), curve = mesh_.tag(h);
-    const Vertex &va = vertices_[a], &vb = vertices_[b];
+    const int chain = mesh_.tag(h);
+    const Vertex &va = vertices_[mesh_.origin(h)], &vb = vertices_[mesh_.target(h)];
     Vertex m;
-    if (curve >= 0) {
-        const double ta = curve_parameter(a, curve, b), tb = curve_parameter(b, curve, a);
-        take_foot(m, support_.on_curve(curve, (ta + tb) / 2, va.place.cell));
+    if (chain >= 0) {
+        const auto foot = [&](const Vertex& v) {
+            // A vertex of another chain ends this one.
+            const bool inside = v.bound == Bound::Curve && support_.chain_of(v.place.curve) == chain;
+            return Foot{{v.place.at, inside ? v.place.curve : -1, v.place.t, v.place.cell}, v.p, v.n, v.h};
+        };
+        take_foot(m, support_.middle(chain, foot(va), foot(vb)));
         m.bound = Bound::Curve;
         m.crease = mesh_.twin(h) >= 0;
     } else {
@@ -340,40 +342,132 @@ void Editor::add_ring(std::vector<int>& around) const {
         });
 }
 
-bool Editor::attempt(Operation operation, int h, Aim aim, double mean) {
+// Applies the operation, recording; trial.around becomes its vertices, a new one first.
+bool Editor::begin(Trial& trial, Operation operation, int h) {
     const int g = mesh_.twin(h);
-    around_.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
-    if (g >= 0) around_.push_back(mesh_.apex(g));
-    if (aim == Aim::Worst) add_ring(around_);
-    const double before = energy_around(around_, aim, mean);
-    journal_.clear();
-    saved_.clear();
-    mesh_.record(&journal_);
-    recording_ = true;
-    bool done = false;
-    int fresh = -1;
+    trial.around.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
+    if (g >= 0) trial.around.push_back(mesh_.apex(g));
+    trial.journal.clear();
+    trial.saved.clear();
+    mesh_.record(&trial.journal);
+    recording_ = &trial;
     switch (operation) {
-        case Operation::Flip: done = flip(h); break;
-        case Operation::Collapse: done = collapse(h); break;
-        case Operation::Split: done = (fresh = split(h)) >= 0; break;
+        case Operation::Flip: return flip(h);
+        case Operation::Collapse: return collapse(h);
+        case Operation::Split: {
+            const int fresh = split(h);
+            if (fresh >= 0) trial.around.insert(trial.around.begin(), fresh);
+            return fresh >= 0;
+        }
     }
-    if (fresh >= 0) around_.insert(around_.begin(), fresh);
-    double after = before;
-    if (done) {
-        const int rounds = aim == Aim::Worst ? 4 : 2;
-        for (int round = 0; round < rounds; ++round)
-            for (const int v : around_)
-                if (mesh_.is_live_vertex(v)) relax(v, aim);
-        after = energy_around(around_, aim, mean);
-    }
-    recording_ = false;
+    return false;
+}
+
+void Editor::keep(const Trial& trial) {
     mesh_.record(nullptr);
-    if (done && after < before - 1e-4 * std::abs(before) - 1e-6) {
-        touched_ = around_;
-        return true;
+    recording_ = nullptr;
+    touched_ = trial.around;
+}
+
+void Editor::roll_back(Trial& trial) {
+    recording_ = nullptr;
+    for (auto i = trial.saved.rbegin(); i != trial.saved.rend(); ++i) vertices_[i->first] = i->second;
+    mesh_.undo(trial.journal);
+}
+
+namespace {
+
+// The energy that counts as lower.
+double below(double energy) { return energy - 1e-4 * std::abs(energy) - 1e-6; }
+
+}  // namespace
+
+bool Editor::attempt(Operation operation, int h, Aim aim, double mean, Reach reach) {
+    Trial& trial = trials_[0];
+    const int g = mesh_.twin(h);
+    std::vector<int>& around = touched_;
+    around.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
+    if (g >= 0) around.push_back(mesh_.apex(g));
+    if (reach == Reach::Wide) add_ring(around);
+    const double enough = below(energy_around(around, aim, mean));
+    bool done = begin(trial, operation, h);
+    if (done) {
+        if (operation == Operation::Split) around.insert(around.begin(), trial.around.front());
+        // Rounds go on while, at the pace of the last one, they may still reach what was before.
+        const int rounds = reach == Reach::Wide ? 4 : 2;
+        double after = 0, last = std::numeric_limits<double>::infinity();
+        for (int round = 0; round < rounds; ++round) {
+            for (const int v : around)
+                if (mesh_.is_live_vertex(v)) relax(v, aim);
+            after = energy_around(around, aim, mean);
+            if (after > enough && after - enough > 2 * (rounds - round) * (last - after)) break;
+            last = after;
+        }
+        done = after < enough;
     }
-    for (auto i = saved_.rbegin(); i != saved_.rend(); ++i) vertices_[i->first] = i->second;
-    mesh_.undo(journal_);
+    if (done) {
+        trial.around = around;
+        keep(trial);
+    } else {
+        roll_back(trial);
+    }
+    return done;
+}
+
+bool Editor::attempt_pair(Operation first, int h, double mean) {
+    // Energy is measured two rings around, so that whatever the second operation moves is inside.
+    std::vector<int> inner{mesh_.origin(h), mesh_.target(h), mesh_.apex(h)};
+    if (mesh_.twin(h) >= 0) inner.push_back(mesh_.apex(mesh_.twin(h)));
+    add_ring(inner);
+    std::vector<int> region = inner;
+    add_ring(region);
+    const double enough = below(energy_around(region, Aim::Worst, mean));
+    Trial &one = trials_[0], &two = trials_[1];
+    if (!begin(one, first, h)) {
+        roll_back(one);
+        return false;
+    }
+    if (first == Operation::Split) inner.push_back(one.around.front()), region.push_back(one.around.front());
+    for (int round = 0; round < 2; ++round)
+        for (const int v : one.around)
+            if (mesh_.is_live_vertex(v)) relax(v, Aim::Worst);
+    recording_ = nullptr;
+    mesh_.record(nullptr);
+
+    std::vector<int> candidates;
+    for (const int v : one.around)
+        if (mesh_.is_live_vertex(v))
+            mesh_.for_each_outgoing(v, [&](int e) {
+                candidates.push_back(e);
+                candidates.push_back(Connectivity::next(e));
+            });
+    for (const int e : candidates)
+        for (const Operation second : {Operation::Flip, Operation::Collapse, Operation::Split}) {
+            const double l = length(e);
+            const bool possible = second == Operation::Flip ? can_flip(e) : second == Operation::Collapse ? l < 1 && can_collapse(e) : l > 1;
+            if (!possible) continue;
+            bool done = begin(two, second, e);
+            if (done) {
+                const std::size_t before = region.size();
+                if (second == Operation::Split) region.push_back(two.around.front());
+                std::vector<int> around = two.around;
+                for (const int v : one.around)
+                    if (std::find(around.begin(), around.end(), v) == around.end()) around.push_back(v);
+                const auto inside = [&](int v) { return std::find(region.begin(), region.end(), v) != region.end(); };
+                for (int round = 0; round < 3; ++round)
+                    for (const int v : around)
+                        if (mesh_.is_live_vertex(v) && inside(v)) relax(v, Aim::Worst);
+                done = energy_around(region, Aim::Worst, mean) < enough;
+                region.resize(before);
+                if (done) {
+                    two.around = around;
+                    keep(two);
+                    return true;
+                }
+            }
+            roll_back(two);
+        }
+    roll_back(one);
     return false;
 }
 

@@ -94,7 +94,10 @@ class Editor {
     std::pair<double, double> flip_energies(int h) const;
     // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less at `mean`.
     enum class Operation { Flip, Collapse, Split };
-    bool attempt(Operation operation, int h, Aim aim, double mean);
+    enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too
+    bool attempt(Operation operation, int h, Aim aim, double mean, Reach reach = Reach::Near);
+    // The same for two operations in a row, the second on any edge around: a way out where each alone makes things worse.
+    bool attempt_pair(Operation first, int h, double mean);
     // Vertices around the last operation that was kept.
     const std::vector<int>& touched() const { return touched_; }
 
@@ -102,7 +105,6 @@ class Editor {
     void renumber();
 
   private:
-    double curve_parameter(int v, int curve, int towards) const;
     double ring_energy(int v, const Vertex& x, Aim aim) const;
     double energy_around(const std::vector<int>& around, Aim aim, double mean);
     void set_vertex(int v, const Vertex& x);
@@ -113,10 +115,19 @@ class Editor {
     Connectivity mesh_;
     std::vector<int> stamp_;
     int stamp_now_ = 0;
-    Connectivity::Journal journal_;
-    std::vector<std::pair<int, Vertex>> saved_;
-    bool recording_ = false;
-    std::vector<int> touched_, around_;
+    // What one operation and the moves after it changed; a second one may begin inside the first.
+    struct Trial {
+        Connectivity::Journal journal;
+        std::vector<std::pair<int, Vertex>> saved;
+        std::vector<int> around;  // vertices that relax
+    };
+    bool begin(Trial& trial, Operation operation, int h);
+    void keep(const Trial& trial);
+    void roll_back(Trial& trial);
+
+    Trial trials_[2];
+    Trial* recording_ = nullptr;
+    std::vector<int> touched_;
 };
 
 }  // namespace gradus

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <deque>
+#include <map>
 #include <numbers>
 #include <queue>
 
@@ -13,10 +14,12 @@ constexpr double kLongest = std::numbers::sqrt2;       // metric lengths between
 constexpr double kShortest = 1 / std::numbers::sqrt2;
 constexpr double kValenceWorth = 0.15;  // energy that one unit of valence penalty is worth to a flip
 constexpr int kFitRounds = 3;
-constexpr int kFlipPasses = 20;
+constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 constexpr double kWorstAttemptsPerVertex = 2;   // bound on the attempts for the worst triangles
-constexpr int kWorstRounds = 6;
+constexpr int kWorstRounds = 12;
+constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
+constexpr double kSameQuality = 1e-4;  // a triangle that changed less is not tried again
 
 class Stopwatch {
   public:
@@ -79,19 +82,27 @@ int collapse_short(Editor& editor) {
     return collapses;
 }
 
-// Flips while energy plus weighted valence penalty falls: each flip lowers it, so this ends.
+// Flips while energy plus weighted valence penalty falls: each flip lowers it, so this ends; the bound is for rounding.
 int flip_edges(Editor& editor) {
     const Connectivity& mesh = editor.mesh();
+    const int halfedges = 3 * mesh.num_triangles();
+    std::vector<int> queue;
+    std::vector<char> queued(halfedges, 0);
+    for (int h = 0; h < halfedges; ++h)
+        if (mesh.is_live_triangle(h / 3) && mesh.twin(h) > h) queue.push_back(h), queued[h] = 1;
     int flips = 0;
-    for (int pass = 0; pass < kFlipPasses; ++pass) {
-        int done = 0;
-        for (int h = 0; h < 3 * mesh.num_triangles(); ++h) {
-            if (!mesh.is_live_triangle(h / 3) || mesh.twin(h) < h || !editor.can_flip(h)) continue;
-            const auto [before, after] = editor.flip_energies(h);
-            if (after - before < kValenceWorth * editor.flip_gain(h) - 1e-9 && editor.flip(h)) ++done;
+    for (std::size_t i = 0; i < queue.size() && flips < kFlipsPerEdge * halfedges; ++i) {
+        const int h = queue[i];
+        queued[h] = 0;
+        if (!editor.can_flip(h)) continue;
+        const auto [before, after] = editor.flip_energies(h);
+        if (after - before >= kValenceWorth * editor.flip_gain(h) - 1e-9 || !editor.flip(h)) continue;
+        ++flips;
+        const int g = mesh.twin(Connectivity::next(h));
+        for (const int e : {h, Connectivity::prev(h), Connectivity::next(g), Connectivity::prev(g)}) {
+            const int edge = std::max(e, mesh.twin(e)) == e && mesh.twin(e) >= 0 ? mesh.twin(e) : e;
+            if (mesh.twin(edge) >= 0 && !queued[edge]) queued[edge] = 1, queue.push_back(edge);
         }
-        flips += done;
-        if (done == 0) break;
     }
     return flips;
 }
@@ -174,11 +185,56 @@ void attempt_for_mean(Editor& editor, OptimiseReport& report) {
     }
 }
 
+// Tries operations on the edges of a bad triangle, then on those around its corners. @returns whether one was kept
+bool improve_around(Editor& editor, int t, const Triangle& corners, Editor::Reach reach, double mean, OptimiseReport& report) {
+    const Connectivity& mesh = editor.mesh();
+    std::vector<int> candidates{3 * t, 3 * t + 1, 3 * t + 2};
+    for (const int v : corners)
+        mesh.for_each_outgoing(v, [&](int h) {
+            candidates.push_back(h);
+            candidates.push_back(Connectivity::next(h));
+        });
+    for (const int h : candidates) {
+        if (!mesh.is_live_triangle(h / 3)) continue;
+        const double length = editor.length(h);
+        const auto attempt = [&](Editor::Operation operation) {
+            ++report.worst_attempts;
+            return editor.attempt(operation, h, Aim::Worst, mean, reach);
+        };
+        if ((editor.can_flip(h) && attempt(Editor::Operation::Flip)) ||
+            (length < 1 && editor.can_collapse(h) && attempt(Editor::Operation::Collapse)) || (length > 1 && attempt(Editor::Operation::Split))) {
+            ++report.worst_kept;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool improve_by_pairs(Editor& editor, int t, double mean, OptimiseReport& report) {
+    const Connectivity& mesh = editor.mesh();
+    for (const int own : {3 * t, 3 * t + 1, 3 * t + 2})
+        for (const int h : {own, mesh.twin(own)}) {
+            if (h < 0) continue;
+            const auto attempt = [&](Editor::Operation operation) {
+                ++report.worst_attempts;
+                return editor.attempt_pair(operation, h, mean);
+            };
+            const bool once = h == own;
+            if ((once && editor.can_flip(h) && attempt(Editor::Operation::Flip)) || (editor.can_collapse(h) && attempt(Editor::Operation::Collapse)) ||
+                (once && attempt(Editor::Operation::Split))) {
+                ++report.worst_kept;
+                return true;
+            }
+        }
+    return false;
+}
+
 // The same for the triangles below the goal, judged by a high power of the energy, worst first.
 void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
     const auto most = static_cast<long>(kWorstAttemptsPerVertex * mesh.num_vertices());
+    std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their quality then
     for (int round = 0; round < kWorstRounds; ++round) {
         std::vector<std::pair<double, int>> bad;
         for (int t = 0; t < mesh.num_triangles(); ++t)
@@ -189,40 +245,18 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         for (const auto& [was, t] : bad) {
             if (!mesh.is_live_triangle(t) || report.worst_attempts >= most) continue;
             const Triangle corners = mesh.triangle(t);
+            if (const auto tried = hopeless.find(corners); tried != hopeless.end() && std::abs(tried->second - editor.quality(t)) < kSameQuality) continue;
             for (int sweep = 0; sweep < 3; ++sweep)
                 for (const int v : corners) editor.relax(v, Aim::Worst);
             if (editor.quality(t) >= options.goal) {
                 ++kept_now;
                 continue;
             }
-            // Its own edges, then those of its corners.
-            std::vector<int> candidates{3 * t, 3 * t + 1, 3 * t + 2};
-            for (const int v : corners)
-                mesh.for_each_outgoing(v, [&](int h) {
-                    candidates.push_back(h);
-                    candidates.push_back(Connectivity::next(h));
-                });
-            for (const int h : candidates) {
-                if (!mesh.is_live_triangle(h / 3)) continue;
-                bool kept = false;
-                if (editor.can_flip(h)) {
-                    ++report.worst_attempts;
-                    kept = editor.attempt(Editor::Operation::Flip, h, Aim::Worst, mean);
-                }
-                if (!kept && editor.length(h) < 1 && editor.can_collapse(h)) {
-                    ++report.worst_attempts;
-                    kept = editor.attempt(Editor::Operation::Collapse, h, Aim::Worst, mean);
-                }
-                if (!kept && editor.length(h) > 1) {
-                    ++report.worst_attempts;
-                    kept = editor.attempt(Editor::Operation::Split, h, Aim::Worst, mean);
-                }
-                if (kept) {
-                    ++report.worst_kept;
-                    ++kept_now;
-                    break;
-                }
-            }
+            if (improve_around(editor, t, corners, Editor::Reach::Near, mean, report) || improve_around(editor, t, corners, Editor::Reach::Wide, mean, report) ||
+                (editor.quality(t) < options.goal - kFarBelow && improve_by_pairs(editor, t, mean, report)))
+                ++kept_now;
+            else
+                hopeless[corners] = editor.quality(t);
         }
         if (kept_now == 0) break;
     }

@@ -233,6 +233,10 @@ std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& 
         const SurfacePoint at = model.vertices()[v].places.front();
         vertices[v] = vertex_from(support.foot({at, -1, 0, control.locate(at)}));
         vertices[v].bound = on_feature[v] ? Bound::Fixed : Bound::Free;
+        if (const auto junction = support.junction(v)) {
+            vertices[v] = vertex_from(support.foot(*junction));
+            vertices[v].bound = Bound::Curve;
+        }
         vertices[v].crease = on_crease[v];
     }
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
@@ -253,13 +257,13 @@ std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& 
     return vertices;
 }
 
-void tag_features(const PatchModel& model, const SharedVertices& shared, Connectivity& mesh) {
+void tag_features(const PatchModel& model, const PatchSupport& support, const SharedVertices& shared, Connectivity& mesh) {
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
         if (!is_feature(model.curves()[c].kind)) continue;
         for (int i = 0; i + 1 < static_cast<int>(shared.t[c].size()); ++i) {
             const int edge = mesh.find_edge(shared.on_curve(model, c, i), shared.on_curve(model, c, i + 1));
             if (edge < 0) throw std::logic_error("remesh: a piece of curve " + std::to_string(c) + " is not in the mesh");
-            mesh.set_tag(edge, c);
+            mesh.set_tag(edge, support.chain_of(c));
         }
     }
 }
@@ -333,7 +337,7 @@ RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const 
     const Assembly assembly(model, shared, std::move(patches));
     const PatchSupport support(model, control);
     Connectivity mesh(assembly.num_vertices(), assembly.triangles());
-    tag_features(model, shared, mesh);
+    tag_features(model, support, shared, mesh);
     Editor editor(support, place_vertices(model, support, control, shared, assembly), std::move(mesh));
     statistics.generated_triangles = editor.mesh().num_live_triangles();
     clock.done("assembly");

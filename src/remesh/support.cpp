@@ -30,6 +30,10 @@ Exit exit_of(const Domain& domain, const Eigen::Vector2d& uv, const Eigen::Vecto
     return exit;
 }
 
+constexpr double kStraight = 0.966;  // cosine of 15 degrees: curves that meet within it continue each other
+
+bool is_feature(CurveKind kind) { return kind == CurveKind::Boundary || kind == CurveKind::Crease; }
+
 bool along_u(Side side) { return side == Side::Bottom || side == Side::Top; }
 
 }  // namespace
@@ -77,29 +81,116 @@ std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d&
     return foot;
 }
 
-std::optional<Foot> PatchSupport::slide(const Place& from, const Eigen::Vector3d& target) const {
-    const SideUse use = model_.curves()[from.curve].uses[0];
-    const ParametricSurface& patch = model_.patch(use.patch);
-    const Domain domain = patch.domain();
-    const int axis = along_u(use.side) ? 0 : 1;
-    const double extent = domain.max[axis] - domain.min[axis];
-    double t = from.t;
-    for (int step = 0; step < 2; ++step) {
-        const Jet1 jet = patch.jet1(model_.on_curve(from.curve, 0, t).uv);
-        const Eigen::Vector3d tangent = (axis == 0 ? jet.du : jet.dv) * extent;
-        const double speed2 = tangent.squaredNorm();
-        if (!(speed2 > 0)) return std::nullopt;
-        t += tangent.dot(target - jet.p) / speed2;
-        if (!(t > 0 && t < 1)) return std::nullopt;
-    }
-    return on_curve(from.curve, t, from.cell);
+// Unit tangent of a curve that leaves its start, or its end.
+Eigen::Vector3d PatchSupport::leaving(int curve, bool from_end) const {
+    const SurfacePoint at = model_.on_curve(curve, 0, from_end ? 1 : 0);
+    const Jet1 jet = model_.patch(at.patch).jet1(at.uv);
+    const Eigen::Vector3d along = (along_u(model_.curves()[curve].uses[0].side) ? jet.du : jet.dv).stableNormalized();
+    return from_end ? Eigen::Vector3d(-along) : along;
 }
 
-Foot PatchSupport::on_curve(int curve, double t, int cell) const { return foot({model_.on_curve(curve, 0, t), curve, t, cell}); }
+PatchSupport::PatchSupport(const PatchModel& model, const ControlSpace& control)
+    : model_(model), control_(control), links_(model.curves().size()), junctions_(model.vertices().size()) {
+    link_curves();
+}
 
-std::array<Eigen::Vector3d, 2> PatchSupport::curve_ends(int curve) const {
-    const auto [a, b] = model_.curves()[curve].ends;
-    return {model_.vertices()[a].point, model_.vertices()[b].point};
+void PatchSupport::link_curves() {
+    using End = CurveEnd;
+    const auto& curves = model_.curves();
+    std::vector<std::vector<End>> ends(model_.vertices().size());
+    for (int c = 0; c < static_cast<int>(curves.size()); ++c)
+        if (is_feature(curves[c].kind))
+            for (const bool at_end : {false, true}) ends[curves[c].ends[at_end]].push_back({c, at_end});
+    for (std::size_t v = 0; v < ends.size(); ++v) {
+        if (ends[v].size() != 2 || model_.vertices()[v].pole) continue;
+        const auto [a, b] = std::pair(ends[v][0], ends[v][1]);
+        const bool straight = leaving(a.curve, a.at_end).dot(leaving(b.curve, b.at_end)) < -kStraight;
+        if (straight && curves[a.curve].kind == curves[b.curve].kind) junctions_[v] = a;
+    }
+    // From each curve that is in no chain yet: back to the start of its chain, or once around, then forward.
+    const auto beyond = [&](End out) -> std::optional<End> {
+        const int v = curves[out.curve].ends[out.at_end];
+        if (junctions_[v].curve < 0) return std::nullopt;
+        const End& first = ends[v][0];
+        return first.curve == out.curve && first.at_end == out.at_end ? ends[v][1] : first;
+    };
+    for (int c = 0; c < static_cast<int>(curves.size()); ++c) {
+        if (!is_feature(curves[c].kind) || links_[c].chain >= 0) continue;
+        End start{c, false};  // the end at which the chain enters its first curve
+        Chain chain;
+        while (const auto before = beyond(start)) {
+            start = {before->curve, !before->at_end};
+            if (start.curve == c && !start.at_end) {
+                chain.closed = true;
+                break;
+            }
+        }
+        const int number = static_cast<int>(chains_.size());
+        for (std::optional<End> in = start; in && links_[in->curve].chain < 0; in = beyond({in->curve, !in->at_end})) {
+            links_[in->curve] = {number, static_cast<int>(chain.curves.size()), in->at_end};
+            chain.curves.push_back(in->curve);
+        }
+        chains_.push_back(std::move(chain));
+    }
+}
+
+std::optional<Place> PatchSupport::junction(int model_vertex) const {
+    const auto [curve, at_end] = junctions_[model_vertex];
+    if (curve < 0) return std::nullopt;
+    const double t = at_end ? 1 : 0;
+    const SurfacePoint at = model_.on_curve(curve, 0, t);
+    return Place{at, curve, t, control_.locate(at)};
+}
+
+double PatchSupport::chain_parameter(const Place& place) const {
+    const Link& link = links_[place.curve];
+    return link.position + (link.reversed ? 1 - place.t : place.t);
+}
+
+Place PatchSupport::on_chain(int chain, double t, int cell) const {
+    const auto n = static_cast<int>(chains_[chain].curves.size());
+    if (chains_[chain].closed) t -= n * std::floor(t / n);
+    const int position = std::clamp(static_cast<int>(t), 0, n - 1);
+    const int curve = chains_[chain].curves[position];
+    const double s = std::clamp(t - position, 0.0, 1.0), on_curve = links_[curve].reversed ? 1 - s : s;
+    return {model_.on_curve(curve, 0, on_curve), curve, on_curve, cell};
+}
+
+std::optional<Foot> PatchSupport::slide(const Place& from, const Eigen::Vector3d& target) const {
+    const int chain = links_[from.curve].chain;
+    const double last = static_cast<double>(chains_[chain].curves.size());
+    Place place = from;
+    for (int step = 0; step < 2; ++step) {
+        const ParametricSurface& patch = model_.patch(place.at.patch);
+        const Domain domain = patch.domain();
+        const Jet1 jet = patch.jet1(place.at.uv);
+        const bool u = along_u(model_.curves()[place.curve].uses[0].side);
+        const Eigen::Vector3d tangent = u ? Eigen::Vector3d(jet.du * (domain.max.x() - domain.min.x())) : Eigen::Vector3d(jet.dv * (domain.max.y() - domain.min.y()));
+        const double speed2 = tangent.squaredNorm();
+        if (!(speed2 > 0)) return std::nullopt;
+        const double forward = std::clamp(tangent.dot(target - jet.p) / speed2, -0.5, 0.5);
+        const double t = chain_parameter(place) + (links_[place.curve].reversed ? -forward : forward);
+        if (!chains_[chain].closed && !(t > 0 && t < last)) return std::nullopt;
+        place = on_chain(chain, t, from.cell);
+    }
+    return foot(place);
+}
+
+Foot PatchSupport::middle(int chain, const Foot& a, const Foot& b) const {
+    const double n = static_cast<double>(chains_[chain].curves.size());
+    const bool a_inside = a.place.curve >= 0, b_inside = b.place.curve >= 0;
+    // An end of an open chain; where the chain returns to its start, the end that is nearer along it.
+    const auto end_near = [&](const Foot& corner, double other) {
+        const Eigen::Vector3d first = model_.position(on_chain(chain, 0, 0).at), last = model_.position(on_chain(chain, n, 0).at);
+        if ((first - last).norm() <= 1e-9 * model_.diagonal()) return other > n / 2 ? n : 0.0;
+        return (corner.point - first).squaredNorm() < (corner.point - last).squaredNorm() ? 0.0 : n;
+    };
+    double ta = a_inside ? chain_parameter(a.place) : 0, tb = b_inside ? chain_parameter(b.place) : 0;
+    if (!a_inside) ta = end_near(a, tb);
+    if (!b_inside) tb = end_near(b, ta);
+    if (chains_[chain].closed && tb - ta > n / 2) tb -= n;
+    if (chains_[chain].closed && ta - tb > n / 2) ta -= n;
+    return foot(on_chain(chain, (ta + tb) / 2, a.place.cell));
 }
 
 }  // namespace gradus

@@ -32,26 +32,50 @@ class Support {
     virtual std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const = 0;
     /// The same along the curve that `from` is bound to.
     virtual std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const = 0;
-    /// The point at parameter t of a feature curve. `cell` is a triangle of the control space near it.
-    virtual Foot on_curve(int curve, double t, int cell) const = 0;
-    /// Parameters of a feature curve at its ends a (t = 0) and b (t = 1), by position.
-    virtual std::array<Eigen::Vector3d, 2> curve_ends(int curve) const = 0;
+    /// Feature curves that continue each other smoothly form a chain, numbered from 0: vertices slide from one to the next.
+    virtual int chain_of(int curve) const = 0;
+    /// The point of a chain half way between two of its points, each on a curve of the chain or at an end of it.
+    virtual Foot middle(int chain, const Foot& a, const Foot& b) const = 0;
 };
 
 /// Patches glued along curves: free vertices cross smooth curves.
 class PatchSupport final : public Support {
   public:
-    PatchSupport(const PatchModel& model, const ControlSpace& control) : model_(model), control_(control) {}
+    PatchSupport(const PatchModel& model, const ControlSpace& control);
     std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const override;
     std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
-    Foot on_curve(int curve, double t, int cell) const override;
-    std::array<Eigen::Vector3d, 2> curve_ends(int curve) const override;
+    int chain_of(int curve) const override { return links_[curve].chain; }
+    Foot middle(int chain, const Foot& a, const Foot& b) const override;
     /// The foot of a place given by its parameters.
     Foot foot(Place place) const;
+    /// The place of a model vertex that a chain passes through smoothly, and which therefore is no corner; else nothing.
+    std::optional<Place> junction(int model_vertex) const;
 
   private:
+    // The place of a curve in its chain. The chain's parameter is that of its n curves one after the other, in [0, n].
+    struct Link {
+        int chain = -1;
+        int position = 0;
+        bool reversed = false;  // the chain runs against the curve
+    };
+    struct Chain {
+        std::vector<int> curves;
+        bool closed = false;
+    };
+    void link_curves();
+    Place on_chain(int chain, double t, int cell) const;
+    double chain_parameter(const Place& place) const;
+    Eigen::Vector3d leaving(int curve, bool from_end) const;
+
     const PatchModel& model_;
     const ControlSpace& control_;
+    std::vector<Link> links_;  // one per curve of the model
+    std::vector<Chain> chains_;
+    struct CurveEnd {
+        int curve = -1;
+        bool at_end = false;
+    };
+    std::vector<CurveEnd> junctions_;  // one per model vertex: a curve that ends there, where two continue each other
 };
 
 }  // namespace gradus
