@@ -6,6 +6,7 @@
 #include <cctype>
 #include <filesystem>
 
+#include "gradus/io/mesh_files.hpp"
 #include "gradus/io/patch_files.hpp"
 #include "gradus/mesh/diagnose.hpp"
 #include "session.hpp"
@@ -59,8 +60,8 @@ void check_output(const std::string& path, const std::vector<FileKind>& kinds) {
     if (path.empty()) throw UsageError("an output has no name");
     if (std::find(kinds.begin(), kinds.end(), kind_of(path)) == kinds.end()) {
         std::string known;
-        for (const FileKind kind : kinds) known += (known.empty() ? "" : " ") + extensions_of(kind);
-        throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; use one of " + known);
+        for (const FileKind kind : kinds) known.append(" ").append(extensions_of(kind));
+        throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; use one of" + known);
     }
     std::error_code none;
     if (fs::is_directory(path, none)) throw Failure(path + ": is a folder, not a file");
@@ -101,9 +102,23 @@ PatchModel load_model(const std::string& path) {
     }
 }
 
-void require_manifold(const std::string& path, const TriangleSoup& soup) {
-    const Diagnosis diagnosis = diagnose(soup);
-    if (!is_manifold(diagnosis)) throw Failure(path + ": not an oriented manifold mesh; see gradus info " + path);
+TriMesh manifold_of(const std::string& path, const TriangleSoup& soup) {
+    try {
+        return to_mesh(soup);
+    } catch (const std::invalid_argument&) {
+        throw Failure(path + ": not an oriented manifold mesh; gradus info " + path + " says where");
+    }
 }
+
+Background load_background(const std::string& path, const PatchModel& model) {
+    const TriangleSoup soup = read_mesh(path);
+    try {
+        return background_from_soup(model, soup);
+    } catch (const std::invalid_argument& error) {
+        throw Failure(path + ": not a background mesh of this surface: " + error.what());
+    }
+}
+
+std::string background_beside(const std::string& sizes) { return with_extension(sizes, extension_of(sizes) == ".solb" ? ".meshb" : ".mesh"); }
 
 }  // namespace gradus::app

@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "gradus/mesh/soup.hpp"
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/control/background.hpp"
 
 namespace gradus::app {
 
@@ -34,7 +33,11 @@ void check_distinct(const std::vector<std::string>& outputs);
 
 /// The patches of a file, glued. @throws IoError, Failure naming the file
 PatchModel load_model(const std::string& path);
-/// @throws Failure if the mesh of a file is not a manifold
-void require_manifold(const std::string& path, const TriangleSoup& soup);
+/// @throws Failure naming the file if its triangles are no oriented manifold
+TriMesh manifold_of(const std::string& path, const TriangleSoup& soup);
+/// The background with places on the patches. @throws Failure naming the file
+Background load_background(const std::string& path, const PatchModel& model);
+/// Where the background mesh of a size map is, unless it is named: beside it.
+std::string background_beside(const std::string& sizes);
 
 }  // namespace gradus::app

@@ -4,7 +4,6 @@
 #include "commands.hpp"
 #include "files.hpp"
 #include "gradus/io/mesh_files.hpp"
-#include "gradus/mesh/diagnose.hpp"
 #include "json.hpp"
 #include "show.hpp"
 
@@ -42,8 +41,7 @@ int run_grade(const Options& options) {
     check_output(options.out, {FileKind::Sizes});
     Stages stages(options.session);
     const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
-    require_manifold(options.mesh, soup);
-    const TriMesh mesh = to_mesh(soup);
+    const TriMesh mesh = manifold_of(options.mesh, soup);
     const std::vector<double> input = read_sizes(options.sizes, soup.points.size());
 
     std::vector<double> sizes = input;

@@ -23,9 +23,12 @@ int main(int argc, char** argv) {
         app.set_version_flag("--version", kVersion);
         app.get_formatter()->column_width(32);
         Run run;
+        add_teapot(app, run);
         add_sizemap(app, run);
         add_grade(app, run);
         add_remesh(app, run);
+        add_report(app, run);
+        add_info(app, run);
         try {
             app.parse(argc, argv);
         } catch (const CLI::Success& help) {

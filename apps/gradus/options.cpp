@@ -53,7 +53,7 @@ void add_session(CLI::App& app, Session& session) {
         ->type_name("N");
 }
 
-void add_sizing(CLI::App& app, SizingOptions& options) {
+void add_sizing(CLI::App& app, SizingOptions& options, const std::optional<SizeLimits>& limits) {
     const std::string group = "Sizes from curvature (rho: smallest radius of curvature)";
     auto* alpha = app.add_option("--alpha", options.alpha, "Size h = A rho (default: 0.3)")->type_name("A")->group(group);
     auto* relative = app.add_option("--relative-chord-error", options.relative_chord_error, "Gap between chord and arc, over rho, in (0, 1]")
@@ -67,8 +67,8 @@ void add_sizing(CLI::App& app, SizingOptions& options) {
     for (CLI::Option* rule : rules)
         for (CLI::Option* other : rules)
             if (rule != other) rule->excludes(other);
-    app.add_option("--hmin", options.hmin, "Smallest size from curvature (default: diagonal / 1000)")->type_name("H")->group(group);
-    app.add_option("--hmax", options.hmax, "Largest size (default: diagonal / 16)")->type_name("H")->group(group);
+    app.add_option("--hmin", options.hmin, "Smallest size from curvature (default: " + (limits ? fmt::format("{:g}", limits->hmin) : "diagonal / 1000") + ")")->type_name("H")->group(group);
+    app.add_option("--hmax", options.hmax, "Largest size (default: " + (limits ? fmt::format("{:g}", limits->hmax) : "diagonal / 16") + ")")->type_name("H")->group(group);
     app.add_option("--size-at", options.at, "Size at a point, \"x,y,z=h\"; may be repeated")
         ->type_name("X,Y,Z=H")
         ->type_size(1)
@@ -122,7 +122,7 @@ std::string to_text(const SizingRule& rule) {
 
 void add_gradation(CLI::App& app, GradationChoice& choice, GradationNeeded needed) {
     const std::string group = "Gradation";
-    auto* shock = app.add_option("--shock", choice.shock, needed == GradationNeeded::No ? "Largest H-shock, > 1 (default: 1.5)" : "Largest H-shock, > 1")
+    auto* shock = app.add_option("--shock", choice.shock, needed != GradationNeeded::Yes ? "Largest H-shock, > 1 (default: 1.5)" : "Largest H-shock, > 1")
                       ->type_name("B")
                       ->group(group);
     auto* growth =
@@ -133,7 +133,7 @@ void add_gradation(CLI::App& app, GradationChoice& choice, GradationNeeded neede
                        ->type_name("M")
                        ->group(group);
     shock->excludes(growth);
-    if (needed == GradationNeeded::Yes) return;
+    if (needed != GradationNeeded::No) return;
     auto* none = app.add_flag("--no-gradation", choice.none, "Take the sizes as they are")->group(group);
     for (CLI::Option* option : {shock, growth, variation, method}) none->excludes(option);
 }

@@ -23,12 +23,13 @@ struct SizingOptions {
     std::optional<double> alpha, relative_chord_error, chord_error, normal_angle, hmin, hmax;
     std::vector<std::string> at;
 };
-void add_sizing(CLI::App& app, SizingOptions& options);
 
 /// Clamps where none are given; lengths in the unit of the model.
 struct SizeLimits {
     double hmin, hmax;
 };
+/// @param limits  defaults to name in the help, where they do not depend on the model
+void add_sizing(CLI::App& app, SizingOptions& options, const std::optional<SizeLimits>& limits = {});
 /// 1/1000 and 1/16 of a diagonal.
 SizeLimits limits_for(double diagonal);
 
@@ -44,8 +45,11 @@ struct GradationChoice {
     std::string method = "full";
     bool none = false;
 };
-/// @param optional  adds --no-gradation
-enum class GradationNeeded { Yes, No };
+enum class GradationNeeded {
+    Yes,          ///< a bound must be given
+    WithDefault,  ///< shock 1.5 where none is
+    No            ///< the same, and --no-gradation
+};
 void add_gradation(CLI::App& app, GradationChoice& choice, GradationNeeded needed);
 /// Nothing with --no-gradation. @param default_shock  taken where no bound is given; none: one must be given
 /// @throws UsageError naming the option that makes no sense

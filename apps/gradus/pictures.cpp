@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
 
 #include "gradus/gradation/measures.hpp"
 
@@ -12,7 +16,8 @@ namespace gradus::app {
 namespace {
 
 constexpr double kEnlarged = 0.13;  // width of an enlargement, fraction of the extent of the mesh
-constexpr double kApart = 0.1;      // least distance of two enlarged places, the same
+constexpr double kFacing = 0.7;     // least cosine between the view and the normal of an enlarged place
+constexpr double kApart = 0.6;      // least distance of two enlarged places on one part, the same
 
 double extent_of(const SurfaceMesh& mesh) {
     Eigen::Vector3d low = mesh.points.front(), high = low;
@@ -45,6 +50,55 @@ bool is_seen(const SurfaceMesh& mesh, const Eigen::Vector3d& from, const Eigen::
     });
 }
 
+// A number per vertex: the least vertex that is joined to it by edges.
+std::vector<int> parts_of(const SurfaceMesh& mesh) {
+    std::vector<int> part(mesh.points.size());
+    std::iota(part.begin(), part.end(), 0);
+    const auto root = [&](int v) {
+        while (part[v] != v) v = part[v] = part[part[v]];
+        return v;
+    };
+    for (const Triangle& t : mesh.triangles)
+        for (const int k : {1, 2}) {
+            const int a = root(t[0]), b = root(t[k]);
+            part[std::max(a, b)] = std::min(a, b);
+        }
+    for (std::size_t v = 0; v < part.size(); ++v) part[v] = root(static_cast<int>(v));
+    return part;
+}
+
+// The finest vertex of each cube of side `reach`, those first around which sizes differ most: by the ratio of sizes in the cube and its
+// neighbours, of the same part of the mesh.
+std::vector<int> abrupt_places(const SurfaceMesh& mesh, double reach) {
+    struct Cube {
+        int finest = -1;
+        double low = 0, high = 0;
+    };
+    using Key = std::array<int, 4>;  // place, and part
+    const std::vector<int> part = parts_of(mesh);
+    std::map<Key, Cube> cubes;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+        const Eigen::Vector3d cell = (mesh.points[v] / reach).array().floor();
+        Cube& cube = cubes[{static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z()), part[v]}];
+        const double h = mesh.sizes[v];
+        if (cube.finest < 0 || h < cube.low) cube.low = h, cube.finest = static_cast<int>(v);
+        cube.high = std::max(cube.high, h);
+    }
+    std::vector<std::pair<double, int>> places;
+    for (const auto& [key, cube] : cubes) {
+        double high = 0;
+        for (int i = -1; i <= 1; ++i)
+            for (int j = -1; j <= 1; ++j)
+                for (int k = -1; k <= 1; ++k)
+                    if (const auto near = cubes.find({key[0] + i, key[1] + j, key[2] + k, key[3]}); near != cubes.end()) high = std::max(high, near->second.high);
+        places.emplace_back(high / cube.low, cube.finest);
+    }
+    std::sort(places.begin(), places.end(), [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
+    std::vector<int> vertices;
+    for (const auto& [ratio, v] : places) vertices.push_back(v);
+    return vertices;
+}
+
 // Looks along the normal, rather from above and from the side of the usual view; nothing if the place is hidden from everywhere.
 std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& normal, double extent) {
     std::vector<Eigen::Vector3d> ways;
@@ -59,7 +113,7 @@ std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vec
     });
     const Eigen::Vector3d from = place + 1e-4 * extent * normal;
     for (const Eigen::Vector3d& way : ways)
-        if (way.dot(normal) > 0.2 && is_seen(mesh, from, way)) return way;
+        if (way.dot(normal) > kFacing && is_seen(mesh, from, way)) return way;
     return std::nullopt;
 }
 
@@ -68,22 +122,21 @@ std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vec
 std::vector<double> shocks_of(const SurfaceMesh& mesh) { return vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes); }
 
 std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
-    const std::vector<double> shocks = shocks_of(mesh);
-    const std::vector<Eigen::Vector3d> normals = normals_of(mesh);
     const double extent = extent_of(mesh);
-    std::vector<int> order(mesh.points.size());
-    for (std::size_t v = 0; v < order.size(); ++v) order[v] = static_cast<int>(v);
-    std::sort(order.begin(), order.end(), [&](int a, int b) { return shocks[a] != shocks[b] ? shocks[a] > shocks[b] : a < b; });
-
+    const std::vector<Eigen::Vector3d> normals = normals_of(mesh);
+    const std::vector<int> part = parts_of(mesh);
     std::vector<Camera> cameras;
-    std::vector<Eigen::Vector3d> tried;
-    for (const int v : order) {
+    std::vector<int> shown;
+    for (const int v : abrupt_places(mesh, kEnlarged / 2 * extent)) {
         if (static_cast<int>(cameras.size()) == count) break;
         const Eigen::Vector3d& place = mesh.points[v];
-        if (std::any_of(tried.begin(), tried.end(), [&](const Eigen::Vector3d& p) { return (p - place).norm() < kApart * extent; })) continue;
+        const bool near = std::any_of(shown.begin(), shown.end(), [&](int w) {
+            return part[w] == part[v] && (mesh.points[w] - place).norm() < kApart * extent;
+        });
+        if (near) continue;
         const auto way = view_of(mesh, place, normals[v], extent);
         if (!way) continue;
-        tried.push_back(place);
+        shown.push_back(v);
         cameras.push_back({.direction = *way, .target = place, .width = kEnlarged * extent});
     }
     return cameras;

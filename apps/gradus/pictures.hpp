@@ -16,8 +16,8 @@ struct Picture {
     Image image;
 };
 
-/// Cameras that look where the sizes of a mesh change most, from where nothing stands before them; places are at least a tenth of the
-/// extent apart, most abrupt first.
+/// Cameras that look where the sizes of a mesh differ most over a short way, from where nothing stands before them; on different parts of
+/// the mesh, or far apart on one.
 std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count);
 
 enum class Show {

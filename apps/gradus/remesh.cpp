@@ -55,15 +55,8 @@ void check_options(const Options& options) {
 }
 
 SizedBackground read_map(const Options& options, const PatchModel& model) {
-    const std::string path = options.background.empty() ? with_extension(options.sizes, extension_of(options.sizes) == ".solb" ? ".meshb" : ".mesh") : options.background;
-    const TriangleSoup soup = read_mesh(path);
-    SizedBackground sized;
-    try {
-        sized.background = background_from_soup(model, soup);
-    } catch (const std::invalid_argument& error) {
-        throw Failure(path + ": not a background mesh of " + options.in + ": " + error.what());
-    }
-    sized.sizes = read_sizes(options.sizes, soup.points.size());
+    SizedBackground sized{load_background(options.background.empty() ? background_beside(options.sizes) : options.background, model), {}};
+    sized.sizes = read_sizes(options.sizes, sized.background.mesh.n_vertices());
     return sized;
 }
 

@@ -24,9 +24,7 @@ struct Options {
 
 SizedBackground on_given_background(const PatchModel& model, const SizingRule& rule, const std::string& path, Stages& stages) {
     return stages.run("background", [&] {
-        const TriangleSoup soup = read_mesh(path);
-        require_manifold(path, soup);
-        SizedBackground sized{background_from_soup(model, soup), {}};
+        SizedBackground sized{load_background(path, model), {}};
         sized.sizes = geometric_sizes(model, sized.background, rule);
         return sized;
     });
@@ -36,8 +34,7 @@ int run_sizemap(const Options& options) {
     check(options.sizing);
     check_output(options.out, {FileKind::Sizes});
     const bool given = !options.background.empty() && std::filesystem::exists(options.background);
-    const std::string mesh_path = options.background.empty() ? with_extension(options.out, extension_of(options.out) == ".solb" ? ".meshb" : ".mesh")
-                                                             : options.background;
+    const std::string mesh_path = options.background.empty() ? background_beside(options.out) : options.background;
     if (!given) check_output(mesh_path, {FileKind::Mesh});
 
     Stages stages(options.session);
