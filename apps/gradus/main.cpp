@@ -6,6 +6,16 @@
 
 namespace {
 
+/// Help without the parser's own remarks: what excludes what is in the descriptions.
+class Formatter : public CLI::Formatter {
+  public:
+    std::string make_option_opts(const CLI::Option* option) const override {
+        const std::string type = option->get_positional() ? "" : option->get_type_name();
+        return (type.empty() ? "" : " " + type) + (option->get_required() && !option->get_positional() ? " (required)" : "");
+    }
+    std::string make_usage(const CLI::App* app, std::string name) const override { return "\n" + CLI::Formatter::make_usage(app, name) + "\n"; }
+};
+
 /// Errors of the command line in one line, in the words of the parser.
 [[noreturn]] void fail_usage(const CLI::App& app, const CLI::ParseError& error) {
     const auto named = app.get_subcommands();
@@ -21,7 +31,8 @@ int main(int argc, char** argv) {
         CLI::App app{"Surface mesh gradation: sizes from curvature, how fast they may change, and the mesh that follows", "gradus"};
         app.require_subcommand(1);
         app.set_version_flag("--version", kVersion);
-        app.get_formatter()->column_width(32);
+        app.formatter(std::make_shared<Formatter>());
+        app.get_formatter()->column_width(30);
         Run run;
         add_teapot(app, run);
         add_sizemap(app, run);

@@ -49,7 +49,7 @@ void add_session(CLI::App& app, Session& session) {
     app.add_flag("--json", session.json, "Print one JSON object instead of text");
     app.add_flag("-q,--quiet", session.quiet, "Print nothing but errors");
     app.add_option("--threads", session.threads, "Number of threads; results are the same for any number (default: all)")
-        ->check(CLI::Range(1, 1024))
+        ->check(CLI::Range(1, 1024).description(""))
         ->type_name("N");
 }
 

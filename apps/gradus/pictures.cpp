@@ -7,15 +7,16 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
 
 #include "gradus/gradation/measures.hpp"
+#include "gradus/mesh/parts.hpp"
 
 namespace gradus::app {
 
 namespace {
 
 constexpr double kEnlarged = 0.13;  // width of an enlargement, fraction of the extent of the mesh
+constexpr int kCandidates = 40;       // places compared for each enlargement
 constexpr double kFacing = 0.7;     // least cosine between the view and the normal of an enlarged place
 constexpr double kApart = 0.6;      // least distance of two enlarged places on one part, the same
 
@@ -50,32 +51,20 @@ bool is_seen(const SurfaceMesh& mesh, const Eigen::Vector3d& from, const Eigen::
     });
 }
 
-// A number per vertex: the least vertex that is joined to it by edges.
-std::vector<int> parts_of(const SurfaceMesh& mesh) {
-    std::vector<int> part(mesh.points.size());
-    std::iota(part.begin(), part.end(), 0);
-    const auto root = [&](int v) {
-        while (part[v] != v) v = part[v] = part[part[v]];
-        return v;
-    };
-    for (const Triangle& t : mesh.triangles)
-        for (const int k : {1, 2}) {
-            const int a = root(t[0]), b = root(t[k]);
-            part[std::max(a, b)] = std::min(a, b);
-        }
-    for (std::size_t v = 0; v < part.size(); ++v) part[v] = root(static_cast<int>(v));
-    return part;
-}
+struct Place {
+    int vertex;
+    double ratio;  // of the largest and the smallest size around it
+};
 
 // The finest vertex of each cube of side `reach`, those first around which sizes differ most: by the ratio of sizes in the cube and its
 // neighbours, of the same part of the mesh.
-std::vector<int> abrupt_places(const SurfaceMesh& mesh, double reach) {
+std::vector<Place> abrupt_places(const SurfaceMesh& mesh, double reach) {
     struct Cube {
         int finest = -1;
         double low = 0, high = 0;
     };
     using Key = std::array<int, 4>;  // place, and part
-    const std::vector<int> part = parts_of(mesh);
+    const std::vector<int> part = connected_parts(mesh.points.size(), mesh.triangles);
     std::map<Key, Cube> cubes;
     for (std::size_t v = 0; v < mesh.points.size(); ++v) {
         const Eigen::Vector3d cell = (mesh.points[v] / reach).array().floor();
@@ -84,19 +73,18 @@ std::vector<int> abrupt_places(const SurfaceMesh& mesh, double reach) {
         if (cube.finest < 0 || h < cube.low) cube.low = h, cube.finest = static_cast<int>(v);
         cube.high = std::max(cube.high, h);
     }
-    std::vector<std::pair<double, int>> places;
+    std::vector<Place> places;
     for (const auto& [key, cube] : cubes) {
         double high = 0;
         for (int i = -1; i <= 1; ++i)
             for (int j = -1; j <= 1; ++j)
                 for (int k = -1; k <= 1; ++k)
-                    if (const auto near = cubes.find({key[0] + i, key[1] + j, key[2] + k, key[3]}); near != cubes.end()) high = std::max(high, near->second.high);
-        places.emplace_back(high / cube.low, cube.finest);
+                    if (const auto near = cubes.find({key[0] + i, key[1] + j, key[2] + k, key[3]}); near != cubes.end())
+                        high = std::max(high, near->second.high);
+        places.push_back({cube.finest, high / cube.low});
     }
-    std::sort(places.begin(), places.end(), [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
-    std::vector<int> vertices;
-    for (const auto& [ratio, v] : places) vertices.push_back(v);
-    return vertices;
+    std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.ratio != b.ratio ? a.ratio > b.ratio : a.vertex < b.vertex; });
+    return places;
 }
 
 // Looks along the normal, rather from above and from the side of the usual view; nothing if the place is hidden from everywhere.
@@ -124,20 +112,32 @@ std::vector<double> shocks_of(const SurfaceMesh& mesh) { return vertex_shocks(ma
 std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
     const double extent = extent_of(mesh);
     const std::vector<Eigen::Vector3d> normals = normals_of(mesh);
-    const std::vector<int> part = parts_of(mesh);
+    const std::vector<int> part = connected_parts(mesh.points.size(), mesh.triangles);
+    const std::vector<Place> places = abrupt_places(mesh, kEnlarged / 2 * extent);
+    const Eigen::Vector3d usual = Camera{}.direction.normalized();
+
     std::vector<Camera> cameras;
     std::vector<int> shown;
-    for (const int v : abrupt_places(mesh, kEnlarged / 2 * extent)) {
-        if (static_cast<int>(cameras.size()) == count) break;
-        const Eigen::Vector3d& place = mesh.points[v];
-        const bool near = std::any_of(shown.begin(), shown.end(), [&](int w) {
-            return part[w] == part[v] && (mesh.points[w] - place).norm() < kApart * extent;
-        });
-        if (near) continue;
-        const auto way = view_of(mesh, place, normals[v], extent);
-        if (!way) continue;
-        shown.push_back(v);
-        cameras.push_back({.direction = *way, .target = place, .width = kEnlarged * extent});
+    while (static_cast<int>(cameras.size()) < count) {
+        const auto near = [&](int v) {
+            return std::any_of(shown.begin(), shown.end(),
+                               [&](int w) { return part[w] == part[v] && (mesh.points[w] - mesh.points[v]).norm() < kApart * extent; });
+        };
+        // Of the most abrupt places the one that can best be seen from the usual side.
+        int best = -1, looked_at = 0;
+        double highest = 0;
+        Eigen::Vector3d direction;
+        for (const Place& place : places) {
+            if (near(place.vertex)) continue;
+            if (++looked_at > kCandidates) break;
+            const auto way = view_of(mesh, mesh.points[place.vertex], normals[place.vertex], extent);
+            if (!way) continue;
+            const double score = std::log(place.ratio) * (1 + way->dot(usual));
+            if (score > highest) highest = score, best = place.vertex, direction = *way;
+        }
+        if (best < 0) break;
+        shown.push_back(best);
+        cameras.push_back({.direction = direction, .target = mesh.points[best], .width = kEnlarged * extent});
     }
     return cameras;
 }

@@ -186,7 +186,7 @@ void add_remesh(CLI::App& app, Run& run) {
     add_sizing(command, options->sizing);
     add_gradation(command, options->gradation, GradationNeeded::No);
     command.add_flag("--fast", options->fast, "Smooth shapes only, do not search for better ones");
-    command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")->type_name("N")->check(CLI::Range(100, 1'000'000'000));
+    command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")->type_name("N")->check(CLI::Range(100, 1'000'000'000).description(""));
     command.add_option("--report", options->report, "Measure the mesh and write a report")->type_name("R.html|R.json");
     command.add_option("--pictures", options->pictures, "Draw pictures into this folder")->type_name("DIR");
     add_session(command, options->session);

@@ -1,12 +1,15 @@
 // gradus report: measures any triangle mesh, against a surface and a size map where they are given.
 #include <fmt/format.h>
 
+#include <map>
+
 #include "commands.hpp"
 #include "files.hpp"
 #include "gradus/control/control_space.hpp"
 #include "gradus/control/triangles_under.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/output_file.hpp"
+#include "gradus/mesh/parts.hpp"
 #include "gradus/quality/project.hpp"
 #include "json.hpp"
 #include "page.hpp"
@@ -27,6 +30,30 @@ struct Placing {
     std::size_t from_file = 0;
 };
 
+// Where parts of a surface run through each other the closest point may be on either: each connected part of the mesh keeps to the component
+// that most of its vertices are on, and strays are found again from a neighbour.
+void keep_to_components(const PatchModel& model, const TriangleSoup& soup, std::vector<SurfacePoint>& places) {
+    const std::vector<int> part = connected_parts(soup.points.size(), soup.triangles);
+    std::map<int, std::map<int, int>> votes;  // of each part, for each component
+    for (std::size_t v = 0; v < places.size(); ++v)
+        if (places[v].patch >= 0) ++votes[part[v]][model.component(places[v].patch)];
+    const auto strays = [&](int v) {
+        const auto& vote = votes[part[v]];
+        const auto winner = std::max_element(vote.begin(), vote.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+        return winner != vote.end() && places[v].patch >= 0 && model.component(places[v].patch) != winner->first;
+    };
+    for (bool found = true; found;) {
+        found = false;
+        for (const Triangle& t : soup.triangles)
+            for (int k = 0; k < 3; ++k) {
+                const int v = t[k], from = t[(k + 1) % 3];
+                if (!strays(v) || strays(from) || places[from].patch < 0) continue;
+                places[v] = project(model, soup.points[v], places[from]).at;
+                found = true;
+            }
+    }
+}
+
 // Parameters of the file where they hold good, else the closest point.
 Placing place(const PatchModel& model, const TriangleSoup& soup) {
     constexpr double kHolds = 1e-6;  // of the diagonal: a file of another surface, or of another numbering, is farther off
@@ -45,6 +72,7 @@ Placing place(const PatchModel& model, const TriangleSoup& soup) {
         if (placing.places[v].patch < 0) homeless.push_back(static_cast<int>(v)), points.push_back(soup.points[v]);
     const std::vector<SurfacePoint> found = locate(model, points);
     for (std::size_t i = 0; i < homeless.size(); ++i) placing.places[homeless[i]] = found[i];
+    if (!homeless.empty()) keep_to_components(model, soup, placing.places);
     // Labels are patches only in files that speak of places on them.
     if (!homeless.empty() || soup.labels.empty()) return placing;
     for (const int label : soup.labels) {

@@ -44,13 +44,14 @@ std::string text_of(const GradationOptions& options, const GradationResult& resu
 }
 
 std::string text_of(const std::vector<StageTime>& stages) {
+    constexpr double kWorthSaying = 0.02;  // seconds
     std::string text;
     double total = 0;
     for (const StageTime& stage : stages) {
-        text += fmt::format("{} {:.2f} s, ", stage.name, stage.seconds);
+        if (stage.seconds >= kWorthSaying) text += fmt::format("{} {} {:.2f}", text.empty() ? ":" : ";", stage.name, stage.seconds);
         total += stage.seconds;
     }
-    return text + fmt::format("{:.2f} s in all\n", total);
+    return fmt::format("{:.2f} s{}\n", total, text);
 }
 
 }  // namespace gradus::app

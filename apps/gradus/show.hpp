@@ -15,7 +15,7 @@ std::string text_of(const std::string& path, const PatchModel& model);
 /// Measures before and after, with the bounds, and what happened. @param vertices  of the background
 std::string text_of(const GradationOptions& options, const GradationResult& result, std::size_t vertices);
 
-/// "reading .1 s, ..., 2.3 s in all"
+/// "2.31 s: background 1.20; meshing 1.01", without what took no time
 std::string text_of(const std::vector<StageTime>& stages);
 
 }  // namespace gradus::app

@@ -87,7 +87,7 @@ void add_sizemap(CLI::App& app, Run& run) {
                        "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol)")
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
-    command.add_option("--max-triangles", options->max_triangles, "Refuse a larger background")->type_name("N")->check(CLI::Range(100, 1'000'000'000));
+    command.add_option("--max-triangles", options->max_triangles, "Refuse a larger background")->type_name("N")->check(CLI::Range(100, 1'000'000'000).description(""));
     add_session(command, options->session);
     run_with(command, run, options, run_sizemap);
 }

@@ -182,10 +182,12 @@ Json experiment_json(const Experiment& experiment, const std::vector<StageTime>&
 
 // --- pictures ---
 
-Image beside(const Experiment& experiment, const std::string& title, const Image& raw, const Image& graded) {
-    const Panel panels[]{{raw, "raw"}, {graded, fmt::format("graded, {}", experiment.gradation.shock ? fmt::format("H-shock {:g}", *experiment.gradation.shock)
-                                                                                                      : fmt::format("H-variation {:g}", *experiment.gradation.variation))}};
-    return compose(panels, {.title = title});
+Image above(const Experiment& experiment, const Image& raw, const Image& graded) {
+    const auto name = [](const Side& side, const std::string& what) { return fmt::format("{}: {} triangles", what, grouped(side.report.topology.triangles)); };
+    const GradationOptions& g = experiment.gradation;
+    const std::string bound = g.shock ? fmt::format("H-shock {:g}", *g.shock) : fmt::format("H-variation {:g}", *g.variation);
+    const Panel panels[]{{raw, name(experiment.raw, "raw")}, {graded, name(experiment.corrected, "graded, " + bound)}};
+    return compose(panels);
 }
 
 std::vector<double> qualities_of(const SurfaceMesh& mesh) {
@@ -208,13 +210,13 @@ std::vector<Picture> pictures_of(const Experiment& experiment) {
     int index = 0;
     for (const Camera& camera : enlargements(raw, 2)) {
         const std::string i = std::to_string(++index);
-        pictures.push_back({"enlargement-" + i, "Where sizes change most, " + i, beside(experiment, "", draw(raw, camera, Show::Edges), draw(graded, camera, Show::Edges))});
+        pictures.push_back({"enlargement-" + i, "Where sizes change most, " + i, above(experiment, draw(raw, camera, Show::Edges), draw(graded, camera, Show::Edges))});
     }
     const Range sizes = common_range(raw.sizes, graded.sizes);
-    pictures.push_back({"size", "Sizes asked for", beside(experiment, "", draw(raw, {}, Show::Size, sizes), draw(graded, {}, Show::Size, sizes))});
+    pictures.push_back({"size", "Sizes asked for", above(experiment, draw(raw, {}, Show::Size, sizes), draw(graded, {}, Show::Size, sizes))});
     // The raw map jumps without bound at some edges: colours beyond a shock of 10 would leave none for the others.
     const Range shocks{1, 10};
-    pictures.push_back({"shock", "H-shock of the sizes", beside(experiment, "", draw(raw, {}, Show::Shock, shocks), draw(graded, {}, Show::Shock, shocks))});
+    pictures.push_back({"shock", "H-shock of the sizes", above(experiment, draw(raw, {}, Show::Shock, shocks), draw(graded, {}, Show::Shock, shocks))});
     const HistogramData left = count_values(qualities_of(raw), 50, Range{0, 1}), right = count_values(qualities_of(graded), 50, Range{0, 1});
     pictures.push_back({"quality", "Area-length quality", draw_histograms(left, {.title = "raw", .x_label = "area-length quality"}, right,
                                                                           {.title = "graded", .x_label = "area-length quality"})});
@@ -295,8 +297,8 @@ void add_teapot(CLI::App& app, Run& run) {
     command.add_flag("--fast", options->fast, "Smooth shapes only, do not search for better ones");
     command.add_option("--iterations", options->iterations, "Most iterations of the adaption loops; 0 leaves them out (default: 10)")
         ->type_name("N")
-        ->check(CLI::Range(0, 1000));
-    command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")->type_name("N")->check(CLI::Range(100, 1'000'000'000));
+        ->check(CLI::Range(0, 1000).description(""));
+    command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")->type_name("N")->check(CLI::Range(100, 1'000'000'000).description(""));
     add_session(command, options->session);
     run_with(command, run, options, run_teapot);
 }
