@@ -13,7 +13,6 @@ class Formatter : public CLI::Formatter {
         const std::string type = option->get_positional() ? "" : option->get_type_name();
         return (type.empty() ? "" : " " + type) + (option->get_required() && !option->get_positional() ? " (required)" : "");
     }
-    std::string make_usage(const CLI::App* app, std::string name) const override { return "\n" + CLI::Formatter::make_usage(app, name) + "\n"; }
 };
 
 /// Errors of the command line in one line, in the words of the parser.
