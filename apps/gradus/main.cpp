@@ -29,6 +29,8 @@ int main(int argc, char** argv) {
     return guarded([&] {
         CLI::App app{"Surface mesh gradation: sizes from curvature, how fast they may change, and the mesh that follows", "gradus"};
         app.require_subcommand(1);
+        // So that a script's options can be replaced by those that follow.
+        app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
         app.set_version_flag("--version", kVersion);
         app.formatter(std::make_shared<Formatter>());
         app.get_formatter()->column_width(30);

@@ -73,6 +73,7 @@ void add_sizing(CLI::App& app, SizingOptions& options, const std::optional<SizeL
         ->type_name("X,Y,Z=H")
         ->type_size(1)
         ->allow_extra_args(false)
+        ->take_all()
         ->group(group);
 }
 

@@ -180,7 +180,8 @@ void add_remesh(CLI::App& app, Run& run) {
         ->required()
         ->type_name("OUT")
         ->type_size(1)
-        ->allow_extra_args(false);
+        ->allow_extra_args(false)
+        ->take_all();
     command.add_option("--size", options->sizes, "Size map, one size per vertex of the background; without it sizes follow from curvature")->type_name("MAP.sol");
     command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")->type_name("BG.mesh");
     add_sizing(command, options->sizing);

@@ -47,6 +47,18 @@ double curve_radius(const PatchModel& model, const SurfacePoint& at, int along) 
     return turn > 1e-12 * speed * speed * speed / model.diagonal() ? speed * speed * speed / turn : std::numeric_limits<double>::infinity();
 }
 
+// Size by the curvature of the patch, and of the features it lies on.
+double size_at(const PatchModel& model, const SizingRule& rule, const SurfacePoint& at) {
+    double h = size_from_radius(rule, minimal_radius(model.patch(at.patch), at.uv));
+    for (int s = 0; s < 4; ++s) {
+        const auto side = static_cast<Side>(s);
+        const SideFrame frame = frame_of(model.patch(at.patch).domain(), side);
+        if (on_side(frame, at.uv) && is_feature(model.curves()[model.side_curve(at.patch, side).curve].kind))
+            h = std::min(h, size_from_radius(rule, curve_radius(model, at, frame.along)));
+    }
+    return h;
+}
+
 // A mesh of the patches under refinement. Half-edges on model curves carry the curve as tag.
 class Builder {
   public:
@@ -145,8 +157,12 @@ void Builder::start_from_grid(int cells) {
         for (int j = 0; j < n; ++j)
             for (int i = 0; i < n; ++i) {
                 const int a = j * (n + 1) + i, b = a + 1, c = a + n + 2, d = a + n + 1;
-                // The shorter diagonal.
-                if ((points_[id[a]] - points_[id[c]]).squaredNorm() <= (points_[id[b]] - points_[id[d]]).squaredNorm()) {
+                // The shorter diagonal; at a corner of the patch the one that ends there, as the other one joins two curves, and a
+                // second patch between the same curves would have it too.
+                const bool left = i == 0, right = i == n - 1, bottom = j == 0, top = j == n - 1;
+                const bool through_ac = (left && bottom) || (right && top), through_bd = (right && bottom) || (left && top);
+                const bool shorter = (points_[id[a]] - points_[id[c]]).squaredNorm() <= (points_[id[b]] - points_[id[d]]).squaredNorm();
+                if (through_ac || (shorter && !through_bd)) {
                     add(a, b, c);
                     add(a, c, d);
                 } else {
@@ -174,14 +190,7 @@ void Builder::start_from_grid(int cells) {
     for (int t = 0; t < mesh_.num_triangles(); ++t)
         for (int k = 0; k < 3; ++k) {
             double& h = sizes_[mesh_.origin(3 * t + k)];
-            const SurfacePoint at{patch_[t], uv_[t][k]};
-            h = std::min(h, exact_size(at));
-            for (int s = 0; s < 4; ++s) {
-                const auto side = static_cast<Side>(s);
-                const SideFrame frame = frame_of(model_.patch(at.patch).domain(), side);
-                if (on_side(frame, at.uv) && is_feature(model_.curves()[model_.side_curve(at.patch, side).curve].kind))
-                    h = std::min(h, size_from_radius(rule_, curve_radius(model_, at, frame.along)));
-            }
+            h = std::min(h, size_at(model_, rule_, {patch_[t], uv_[t][k]}));
         }
 }
 
@@ -424,7 +433,7 @@ std::vector<double> geometric_sizes(const PatchModel& model, const Background& b
     for (std::size_t t = 0; t < triangles.size(); ++t)
         for (int k = 0; k < 3; ++k) {
             double& h = sizes[triangles[t][k]];
-            h = std::min(h, size_from_radius(rule, minimal_radius(model.patch(background.patch[t]), background.uv[t][k])));
+            h = std::min(h, size_at(model, rule, {background.patch[t], background.uv[t][k]}));
         }
     for (const SizingRule::At& at : rule.at) {
         const auto points = points_of(background.mesh);
