@@ -1,6 +1,7 @@
 /// The formats behind mesh_files.hpp: from the bytes of a file to a soup and back. `path` is for messages.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,8 +17,8 @@ TriangleSoup parse_obj(const std::string& path, std::string_view text);
 TriangleSoup parse_off(const std::string& path, std::string_view text);
 TriangleSoup parse_ply(const std::string& path, std::string_view contents);
 TriangleSoup parse_stl(const std::string& path, std::string_view contents);
-std::vector<double> parse_sol(const std::string& path, std::string_view text, std::size_t expected_count);
-std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes, std::size_t expected_count);
+std::vector<double> parse_sol(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count);
+std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes, std::optional<std::size_t> expected_count);
 
 // The soups have been checked: finite coordinates, indices in range.
 std::string medit_text(const TriangleSoup& soup);

@@ -358,10 +358,10 @@ TriangleSoup parse(Source in) {
 
 /// The values under SolAtVertices, after the count: the number of fields and the kind of each.
 template <class Source>
-std::vector<double> read_size_values(Source& in, std::size_t count, std::size_t expected_count, typename Source::Where where) {
-    if (count != expected_count)
+std::vector<double> read_size_values(Source& in, std::size_t count, std::optional<std::size_t> expected_count, typename Source::Where where) {
+    if (expected_count && count != *expected_count)
         in.fail_at(where,
-                   "holds " + std::to_string(count) + " sizes, but " + std::to_string(expected_count) + " are expected, one per vertex");
+                   "holds " + std::to_string(count) + " sizes, but " + std::to_string(*expected_count) + " are expected, one per vertex");
     const auto kind = in.where();
     const std::int64_t fields = in.integer("the number of fields");
     const std::int64_t type = fields == 1 ? in.integer("the kind of the field") : 0;
@@ -376,7 +376,7 @@ std::vector<double> read_size_values(Source& in, std::size_t count, std::size_t 
 }
 
 template <class Source>
-std::vector<double> parse_sizes(Source in, std::size_t expected_count) {
+std::vector<double> parse_sizes(Source in, std::optional<std::size_t> expected_count) {
     std::optional<std::vector<double>> sizes;
     while (const std::optional<Keyword> keyword = in.keyword()) {
         const auto where = in.where();
@@ -447,10 +447,10 @@ int version_for(std::size_t bytes) { return bytes < (std::size_t{1} << 31) ? 2 :
 TriangleSoup parse_medit(const std::string& path, std::string_view text) { return parse(TextSource(path, text)); }
 TriangleSoup parse_medit_binary(const std::string& path, std::string_view bytes) { return parse(BinarySource(path, bytes)); }
 
-std::vector<double> parse_sol(const std::string& path, std::string_view text, std::size_t expected_count) {
+std::vector<double> parse_sol(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count) {
     return parse_sizes(TextSource(path, text), expected_count);
 }
-std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes, std::size_t expected_count) {
+std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes, std::optional<std::size_t> expected_count) {
     return parse_sizes(BinarySource(path, bytes), expected_count);
 }
 

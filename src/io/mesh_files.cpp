@@ -35,7 +35,7 @@ constexpr MeshFormat kMeshFormats[] = {
 
 struct SizeFormat {
     const char* extension;
-    std::vector<double> (*parse)(const std::string& path, std::string_view contents, std::size_t expected_count);
+    std::vector<double> (*parse)(const std::string& path, std::string_view contents, std::optional<std::size_t> expected_count);
     std::string (*contents)(std::span<const double>);
 };
 
@@ -101,7 +101,7 @@ void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOp
     write_file(path, options.ascii ? format.text(soup) : format.binary(soup));
 }
 
-std::vector<double> read_sizes(const std::string& path, std::size_t expected_count) {
+std::vector<double> read_sizes(const std::string& path, std::optional<std::size_t> expected_count) {
     const SizeFormat& format = format_of(path, kSizeFormats);
     return format.parse(path, read_filled_file(path), expected_count);
 }

@@ -4,11 +4,11 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <optional>
 #include <sstream>
 #include <utility>
 
+#include "gradus/io/input_file.hpp"
 #include "gradus/io/output_file.hpp"
 
 namespace gradus {
@@ -17,9 +17,7 @@ namespace {
 /// The lines of a file that say something, split into words, one at a time.
 class LineReader {
   public:
-    explicit LineReader(const std::string& path) : path_(path), in_(path) {
-        if (!in_) throw IoError(path, 0, "cannot open the file");
-    }
+    LineReader(std::string text, std::string path) : path_(std::move(path)), in_(std::move(text)) {}
 
     /// Moves to the next line with words; false at the end of the file.
     bool next() {
@@ -90,7 +88,7 @@ class LineReader {
     }
 
     std::string path_;
-    std::ifstream in_;
+    std::istringstream in_;
     int line_ = 0;
     std::vector<std::string> words_;
     std::string comment_;
@@ -184,8 +182,10 @@ std::vector<BezierNet> read_indexed(LineReader& in, int count, const std::string
 
 }  // namespace
 
-PatchFile read_patches(const std::string& path) {
-    LineReader in(path);
+PatchFile read_patches(const std::string& path) { return parse_patches(read_file(path), path); }
+
+PatchFile parse_patches(const std::string& text, const std::string& path) {
+    LineReader in(text, path);
     in.require_next("the number of patches");
     in.require_words(1, "the number of patches alone");
     const int count = in.integer(0, "the number of patches", 1, most_patches);

@@ -20,6 +20,7 @@
 /// Planar files (Dimension 2) get z = 0. Other sections are passed over.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,10 +43,10 @@ struct WriteOptions {
 void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOptions& options = {});
 
 /// Sizes of a `.sol` (text) or `.solb` (binary) file: one scalar per vertex under `SolAtVertices`.
-/// @param expected_count  number of vertices of the mesh the sizes are for
+/// @param expected_count  number of vertices of the mesh the sizes are for; none: any number
 /// @returns sizes, > 0, unit of length; +inf where unset (`inf` in text)
-/// @throws IoError as read_mesh does, for a size that is not > 0, and if the number of sizes is not expected_count
-std::vector<double> read_sizes(const std::string& path, std::size_t expected_count);
+/// @throws IoError as read_mesh does, for a size that is not > 0, and if the number of sizes is not the expected one
+std::vector<double> read_sizes(const std::string& path, std::optional<std::size_t> expected_count = {});
 
 /// @throws IoError if the file cannot be written or its extension is unknown
 /// @throws std::invalid_argument if a size is not > 0

@@ -26,6 +26,9 @@ struct PatchFile {
 /// @throws IoError with path and line if the file cannot be opened or is malformed
 PatchFile read_patches(const std::string& path);
 
+/// The same from the text of such a file. @param path  name for messages
+PatchFile parse_patches(const std::string& text, const std::string& path);
+
 /// Writes the `.bpt` layout, numbers in the shortest decimals that read back exactly.
 /// @throws IoError if the file cannot be written
 void write_patches(const std::string& path, const PatchFile& file);

@@ -1,0 +1,124 @@
+#include "files.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include "gradus/io/mesh_files.hpp"
+#include "gradus/io/patch_files.hpp"
+#include "gradus/mesh/diagnose.hpp"
+#include "session.hpp"
+
+namespace gradus::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kMeshExtensions = ".obj .off .ply .stl .mesh .meshb";
+
+std::string extensions_of(FileKind kind) {
+    switch (kind) {
+        case FileKind::Patches: return ".bpt .bez";
+        case FileKind::Mesh: return kMeshExtensions;
+        case FileKind::Sizes: return ".sol .solb";
+        case FileKind::Vtu: return ".vtu";
+        case FileKind::Report: return ".html .json";
+        case FileKind::Unknown: break;
+    }
+    return "";
+}
+
+void check_folder(const std::string& path, const fs::path& folder) {
+    std::error_code none;
+    if (!fs::exists(folder, none)) throw Failure(path + ": there is no folder " + folder.string() + "; make it first");
+    if (!fs::is_directory(folder, none)) throw Failure(path + ": " + folder.string() + " is no folder");
+    if (::access(folder.c_str(), W_OK | X_OK) != 0) throw Failure(path + ": folder " + folder.string() + " cannot be written into; choose another");
+}
+
+}  // namespace
+
+std::string extension_of(const std::string& path) {
+    std::string extension = fs::path(path).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+FileKind kind_of(const std::string& path) {
+    const std::string extension = extension_of(path) + " ";
+    if (extension == " ") return FileKind::Unknown;
+    for (const FileKind kind : {FileKind::Patches, FileKind::Mesh, FileKind::Sizes, FileKind::Vtu, FileKind::Report})
+        if ((extensions_of(kind) + " ").find(extension) != std::string::npos) return kind;
+    return FileKind::Unknown;
+}
+
+std::string with_extension(const std::string& path, const std::string& extension) { return fs::path(path).replace_extension(extension).string(); }
+
+void check_output(const std::string& path, const std::vector<FileKind>& kinds) {
+    if (path.empty()) throw UsageError("an output has no name");
+    if (std::find(kinds.begin(), kinds.end(), kind_of(path)) == kinds.end()) {
+        std::string known;
+        for (const FileKind kind : kinds) known.append(" ").append(extensions_of(kind));
+        throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; use one of" + known);
+    }
+    std::error_code none;
+    if (fs::is_directory(path, none)) throw Failure(path + ": is a folder, not a file");
+    // What is no regular file (a pipe) is written directly, anything else by way of its folder.
+    if (fs::exists(path, none) && ::access(path.c_str(), W_OK) != 0) throw Failure(path + ": is write-protected; choose another name");
+    if (fs::exists(path, none) && !fs::is_regular_file(path, none)) return;
+    const fs::path folder = fs::path(path).parent_path();
+    check_folder(path, folder.empty() ? fs::path(".") : folder);
+}
+
+void make_folder(const std::string& path) {
+    std::error_code error;
+    fs::create_directories(path, error);
+    if (error) throw Failure(path + ": this folder cannot be made: " + error.message());
+    check_folder(path, path);
+}
+
+void check_distinct(const std::vector<std::string>& outputs) {
+    std::vector<std::string> names;
+    for (const std::string& path : outputs) {
+        std::error_code none;
+        const std::string name = fs::weakly_canonical(path, none).string();
+        if (std::find(names.begin(), names.end(), name) != names.end()) throw UsageError(path + ": is named for two outputs");
+        names.push_back(name);
+    }
+}
+
+PatchModel load_model(const std::string& path) {
+    if (kind_of(path) == FileKind::Mesh)
+        throw Failure(path + ": triangulated input is not supported yet; give Bezier patches (" + extensions_of(FileKind::Patches) + ")");
+    if (kind_of(path) != FileKind::Patches)
+        throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; surfaces are read from " + extensions_of(FileKind::Patches));
+    const PatchFile file = read_patches(path);
+    try {
+        return make_model(file);
+    } catch (const std::invalid_argument& error) {
+        throw Failure(path + ": " + error.what());
+    }
+}
+
+TriMesh manifold_of(const std::string& path, const TriangleSoup& soup) {
+    try {
+        return to_mesh(soup);
+    } catch (const std::invalid_argument&) {
+        throw Failure(path + ": not an oriented manifold mesh; gradus info " + path + " says where");
+    }
+}
+
+Background load_background(const std::string& path, const PatchModel& model) {
+    const TriangleSoup soup = read_mesh(path);
+    try {
+        return background_from_soup(model, soup);
+    } catch (const std::invalid_argument& error) {
+        throw Failure(path + ": not a background mesh of this surface: " + error.what());
+    }
+}
+
+std::string background_beside(const std::string& sizes) { return with_extension(sizes, extension_of(sizes) == ".solb" ? ".meshb" : ".mesh"); }
+
+}  // namespace gradus::app

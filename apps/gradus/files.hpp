@@ -1,0 +1,43 @@
+/// Files a command reads and writes: what kind they are, and whether they can be written, asked before anything is computed.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gradus/control/background.hpp"
+
+namespace gradus::app {
+
+enum class FileKind {
+    Patches,  ///< .bpt .bez
+    Mesh,     ///< .obj .off .ply .stl .mesh .meshb
+    Sizes,    ///< .sol .solb
+    Vtu,      ///< .vtu, only written
+    Report,   ///< .html .json, only written
+    Unknown
+};
+
+/// By extension, in upper or lower case.
+FileKind kind_of(const std::string& path);
+/// In lower case, with the dot.
+std::string extension_of(const std::string& path);
+/// "a.bpt" with ".mesh" is "a.mesh".
+std::string with_extension(const std::string& path, const std::string& extension);
+
+/// @throws Failure if a file of one of these kinds cannot be written there
+void check_output(const std::string& path, const std::vector<FileKind>& kinds);
+/// Makes a folder, its parents too, unless it is there. @throws Failure if it cannot, or cannot be written into
+void make_folder(const std::string& path);
+/// @throws UsageError if two of the paths are one file
+void check_distinct(const std::vector<std::string>& outputs);
+
+/// The patches of a file, glued. @throws IoError, Failure naming the file
+PatchModel load_model(const std::string& path);
+/// @throws Failure naming the file if its triangles are no oriented manifold
+TriMesh manifold_of(const std::string& path, const TriangleSoup& soup);
+/// The background with places on the patches. @throws Failure naming the file
+Background load_background(const std::string& path, const PatchModel& model);
+/// Where the background mesh of a size map is, unless it is named: beside it.
+std::string background_beside(const std::string& sizes);
+
+}  // namespace gradus::app

@@ -1,0 +1,77 @@
+// gradus grade: bounds how fast the sizes on a mesh change.
+#include <fmt/format.h>
+
+#include "commands.hpp"
+#include "files.hpp"
+#include "gradus/io/mesh_files.hpp"
+#include "json.hpp"
+#include "show.hpp"
+
+namespace gradus::app {
+
+namespace {
+
+struct Options {
+    Session session;
+    std::string mesh, sizes, out;
+    GradationChoice gradation;
+};
+
+// What one sweep says of the certificate; nothing where the method gives none.
+struct Proof {
+    bool given = false;
+    std::optional<std::string> fault;
+};
+
+Proof prove(const TriMesh& mesh, const GradationOptions& options, std::span<const double> input, std::span<const double> sizes,
+            const GradationResult& result) {
+    if (options.method != GradationMethod::Exact || (options.shock && options.variation)) return {};
+    return {true, options.shock ? check_shock_certificate(mesh, *options.shock, input, sizes, result.certificate)
+                                : check_variation_certificate(mesh, *options.variation, input, sizes, result.certificate)};
+}
+
+std::string proof_line(const Proof& proof) {
+    if (!proof.given) return "";
+    return proof.fault ? "  certificate FAILS: " + *proof.fault + "\n"
+                       : "  certificate holds: every size is the input, or as large as a smaller neighbour allows\n";
+}
+
+int run_grade(const Options& options) {
+    const GradationOptions gradation = *gradation_of(options.gradation, std::nullopt);
+    check_output(options.out, {FileKind::Sizes});
+    Stages stages(options.session);
+    const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
+    const TriMesh mesh = manifold_of(options.mesh, soup);
+    const std::vector<double> input = read_sizes(options.sizes, soup.points.size());
+
+    std::vector<double> sizes = input;
+    const GradationResult result = stages.run("gradation", [&] { return grade(mesh, sizes, gradation); });
+    const Proof proof = stages.run("proof", [&] { return prove(mesh, gradation, input, sizes, result); });
+    write_sizes(options.out, sizes);
+
+    options.session.say(fmt::format("{}: {} vertices, {} triangles\n", options.mesh, grouped(soup.points.size()), grouped(soup.triangles.size())));
+    options.session.say(text_of(gradation, result, sizes.size()) + proof_line(proof));
+    options.session.say(fmt::format("wrote {}\n", options.out));
+    Json json = json_of(gradation, result);
+    json["vertices"] = sizes.size();
+    json["certificate"] = proof.given ? Json(!proof.fault) : Json(nullptr);
+    json["stages"] = json_of(stages.times());
+    json["files"] = {options.out};
+    print(options.session, json);
+    return result.met && !proof.fault ? kMet : kFailed;
+}
+
+}  // namespace
+
+void add_grade(CLI::App& app, Run& run) {
+    CLI::App& command = *app.add_subcommand("grade", "Bound how fast the sizes on a mesh change");
+    const auto options = std::make_shared<Options>();
+    command.add_option("BG", options->mesh, "Triangle mesh that carries the sizes: .mesh .meshb .obj .off .ply .stl")->required();
+    command.add_option("--size", options->sizes, "One size per vertex of BG")->required()->type_name("MAP.sol");
+    command.add_option("-o,--output", options->out, "Graded sizes; may be MAP.sol itself")->required()->type_name("OUT.sol");
+    add_gradation(command, options->gradation, GradationNeeded::Yes);
+    add_session(command, options->session);
+    run_with(command, run, options, run_grade);
+}
+
+}  // namespace gradus::app

@@ -1,0 +1,252 @@
+// gradus info: what is in a file, and what is wrong with it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "commands.hpp"
+#include "files.hpp"
+#include "gradus/curvature/principal.hpp"
+#include "gradus/io/mesh_files.hpp"
+#include "gradus/io/patch_files.hpp"
+#include "gradus/mesh/diagnose.hpp"
+#include "gradus/quality/shape.hpp"
+#include "gradus/surface/t_junctions.hpp"
+#include "json.hpp"
+#include "show.hpp"
+
+namespace gradus::app {
+
+namespace {
+
+struct Options {
+    Session session;
+    std::string file;
+};
+
+struct Extent {
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+    void add(const Eigen::Vector3d& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
+    double diagonal() const { return (high - low).norm(); }
+    std::string text() const {
+        return fmt::format("from {:g} {:g} {:g} to {:g} {:g} {:g}, diagonal {:.6g}", low.x(), low.y(), low.z(), high.x(), high.y(), high.z(), diagonal());
+    }
+    Json json() const { return {{"low", {low.x(), low.y(), low.z()}}, {"high", {high.x(), high.y(), high.z()}}, {"diagonal", diagonal()}}; }
+};
+
+std::string faults(const std::vector<std::string>& found) {
+    if (found.empty()) return "nothing wrong found\n";
+    std::string text;
+    for (const std::string& line : found) text += "  " + line + "\n";
+    return text;
+}
+
+// --- patches ---
+
+// Samples of a patch: its extent, and the smallest radius of curvature with its place.
+struct Samples {
+    static constexpr int kIntervals = 64;
+    Extent extent;
+    double radius = std::numeric_limits<double>::infinity();
+    SurfacePoint at;
+};
+
+Samples sample(const PatchModel& model) {
+    Samples samples;
+    for (int p = 0; p < model.num_patches(); ++p) {
+        const Domain domain = model.patch(p).domain();
+        std::vector<Eigen::Vector2d> uv;
+        for (int j = 0; j <= Samples::kIntervals; ++j)
+            for (int i = 0; i <= Samples::kIntervals; ++i)
+                uv.push_back(domain.min + (domain.max - domain.min).cwiseProduct(Eigen::Vector2d(i, j) / Samples::kIntervals));
+        std::vector<double> radii(uv.size());
+        minimal_radii(model.patch(p), uv, radii);
+        for (std::size_t i = 0; i < uv.size(); ++i) {
+            samples.extent.add(model.patch(p).position(uv[i]));
+            if (radii[i] < samples.radius) samples.radius = radii[i], samples.at = {p, uv[i]};
+        }
+    }
+    return samples;
+}
+
+// Chains of boundary curves that share their ends.
+int boundary_loops(const PatchModel& model) {
+    std::vector<int> up(model.vertices().size());
+    std::iota(up.begin(), up.end(), 0);
+    const auto root = [&](int v) {
+        while (up[v] != v) v = up[v];
+        return v;
+    };
+    std::set<int> ends;
+    for (const ModelCurve& curve : model.curves()) {
+        if (curve.kind != CurveKind::Boundary) continue;
+        ends.insert(curve.ends.begin(), curve.ends.end());
+        up[root(curve.ends[0])] = root(curve.ends[1]);
+    }
+    std::set<int> loops;
+    for (const int v : ends) loops.insert(root(v));
+    return static_cast<int>(loops.size());
+}
+
+int info_of_patches(const Options& options) {
+    const PatchFile file = read_patches(options.file);
+    const PatchModel model = load_model(options.file);
+    std::map<std::array<int, 2>, int> degrees;
+    bool rational = false;
+    for (const BezierNet& net : file.nets) {
+        ++degrees[{net.degree_u, net.degree_v}];
+        rational = rational || !net.weights.empty();
+    }
+    std::map<CurveKind, int> kinds;
+    int seams = 0, flipped = 0;
+    for (const ModelCurve& curve : model.curves()) {
+        ++kinds[curve.kind];
+        seams += curve.uses.size() == 2 && curve.uses[0].patch == curve.uses[1].patch;
+    }
+    for (int p = 0; p < model.num_patches(); ++p) flipped += model.flipped(p);
+    const auto poles = std::count_if(model.vertices().begin(), model.vertices().end(), [](const ModelVertex& v) { return v.pole; });
+    const int loops = boundary_loops(model);
+    const Samples samples = sample(model);
+    const std::vector<TJunction> junctions = find_t_junctions(model);
+
+    std::string text = text_of(options.file, model);
+    if (!file.origin.empty()) text += "  " + file.origin.substr(0, file.origin.find('\n')) + "\n";
+    std::string list;
+    Json degree_json = Json::array();
+    for (const auto& [degree, count] : degrees) {
+        list += fmt::format("{}{} of degree {} x {}", list.empty() ? "" : ", ", count, degree[0], degree[1]);
+        degree_json.push_back({{"degree", degree}, {"patches", count}});
+    }
+    text += fmt::format("patches: {}{}; {} turned to agree with their neighbours\n", list, rational ? ", some rational" : "", flipped);
+    text += fmt::format("curves: {} smooth, {} creases, {} boundary in {} loops, {} at poles, {} of them seams; {} pole{}\n", kinds[CurveKind::Smooth],
+                        kinds[CurveKind::Crease], kinds[CurveKind::Boundary], loops, kinds[CurveKind::Pole], seams, poles, poles == 1 ? "" : "s");
+    text += fmt::format("extent: {}\n", samples.extent.text());
+    const Eigen::Vector3d tip = samples.at.patch >= 0 ? model.position(samples.at) : Eigen::Vector3d::Zero().eval();
+    if (samples.at.patch < 0) text += "curvature: none, all patches are flat\n";
+    else
+        text += fmt::format("smallest radius of curvature seen: {:.4g}, on patch {} at {:.4g} {:.4g} {:.4g}\n", samples.radius, samples.at.patch + 1, tip.x(), tip.y(),
+                            tip.z());
+    std::vector<std::string> found;
+    for (const TJunction& t : junctions) {
+        const Eigen::Vector3d& p = model.vertices()[t.vertex].point;
+        found.push_back(fmt::format("T-junction at {:g} {:g} {:g}: the patches along that curve must be split there", p.x(), p.y(), p.z()));
+    }
+    options.session.say(text + faults(found));
+    print(options.session, {{"kind", "patches"},
+                            {"patches", model.num_patches()},
+                            {"degrees", degree_json},
+                            {"rational", rational},
+                            {"components", model.num_components()},
+                            {"flipped", flipped},
+                            {"curves",
+                             {{"smooth", kinds[CurveKind::Smooth]},
+                              {"crease", kinds[CurveKind::Crease]},
+                              {"boundary", kinds[CurveKind::Boundary]},
+                              {"pole", kinds[CurveKind::Pole]}}},
+                            {"seams", seams},
+                            {"poles", poles},
+                            {"boundary_loops", loops},
+                            {"t_junctions", junctions.size()},
+                            {"extent", samples.extent.json()},
+                            {"smallest_radius", samples.radius},
+                            {"sound", junctions.empty()}});
+    return kMet;
+}
+
+// --- meshes ---
+
+int info_of_mesh(const Options& options) {
+    const TriangleSoup soup = read_mesh(options.file);
+    const Diagnosis diagnosis = diagnose(soup);
+    Extent extent;
+    for (const Eigen::Vector3d& p : soup.points) extent.add(p);
+    const std::set<int> labels(soup.labels.begin(), soup.labels.end());
+    std::string text = options.file + ": triangle mesh\n" + summary(diagnosis);
+    if (!soup.points.empty()) text += "extent: " + extent.text() + "\n";
+    std::vector<std::string> extras;
+    if (!labels.empty()) extras.push_back(fmt::format("{} labels", labels.size()));
+    if (!soup.parameters.empty()) extras.push_back(fmt::format("{} places on patches", grouped(soup.parameters.size())));
+    if (!soup.edges.empty()) extras.push_back(fmt::format("{} feature edges", grouped(soup.edges.size())));
+    if (!soup.corners.empty()) extras.push_back(fmt::format("{} corners", grouped(soup.corners.size())));
+    if (!extras.empty()) text += fmt::format("with {}\n", fmt::join(extras, ", "));
+
+    const MeshView view{soup.points, soup.triangles};
+    const MeshEdges edges = edges_of(view);
+    const Summary lengths = summarise(edge_lengths(view, edges));
+    const ShapeReport shape = measure_shape(view, edges);
+    if (lengths.count > 0)
+        text += fmt::format("edges from {:.4g} to {:.4g}, median {:.4g}; area-length worst {:.3f}, mean {:.3f}\n", lengths.min, lengths.max, lengths.median,
+                            shape.area_length.min, shape.area_length.mean);
+    if (is_clean_manifold(diagnosis)) text += faults({});
+    else if (is_manifold(diagnosis)) text += "usable: an oriented manifold\n";
+    else text += "NOT usable as it is: not an oriented manifold\n";
+    options.session.say(text);
+    print(options.session, {{"kind", "mesh"},
+                            {"vertices", diagnosis.num_points},
+                            {"edges", diagnosis.num_edges},
+                            {"triangles", diagnosis.num_triangles},
+                            {"components", diagnosis.components},
+                            {"euler", diagnosis.euler_characteristic},
+                            {"closed", diagnosis.closed},
+                            {"boundary_loops", diagnosis.boundary_loops},
+                            {"boundary_edges", diagnosis.boundary_edges},
+                            {"repeated_index", diagnosis.repeated_index.count},
+                            {"zero_area", diagnosis.zero_area.count},
+                            {"duplicate_triangles", diagnosis.duplicate_triangles.count},
+                            {"duplicate_vertices", diagnosis.duplicate_vertices.count},
+                            {"unused_vertices", diagnosis.unused_vertices.count},
+                            {"nonmanifold_edges", diagnosis.non_manifold_edges.count},
+                            {"inconsistent_edges", diagnosis.inconsistent_edges.count},
+                            {"nonmanifold_vertices", diagnosis.non_manifold_vertices.count},
+                            {"labels", labels.size()},
+                            {"parameters", soup.parameters.size()},
+                            {"feature_edges", soup.edges.size()},
+                            {"extent", extent.json()},
+                            {"edge_length", {{"min", lengths.min}, {"median", lengths.median}, {"max", lengths.max}}},
+                            {"area_length", {{"min", shape.area_length.min}, {"mean", shape.area_length.mean}}},
+                            {"manifold", is_manifold(diagnosis)},
+                            {"sound", is_clean_manifold(diagnosis)}});
+    return kMet;
+}
+
+// --- sizes ---
+
+int info_of_sizes(const Options& options) {
+    const std::vector<double> sizes = read_sizes(options.file);
+    const auto unset = std::count_if(sizes.begin(), sizes.end(), [](double h) { return std::isinf(h); });
+    std::vector<double> given;
+    std::copy_if(sizes.begin(), sizes.end(), std::back_inserter(given), [](double h) { return std::isfinite(h); });
+    const Summary s = summarise(given);
+    options.session.say(fmt::format("{}: {} sizes", options.file, grouped(sizes.size())));
+    if (s.count > 0) options.session.say(fmt::format(" from {:.4g} to {:.4g}, median {:.4g}", s.min, s.max, s.median));
+    options.session.say(unset > 0 ? fmt::format("; {} not set\n", grouped(static_cast<long long>(unset))) : "\n");
+    print(options.session, {{"kind", "sizes"}, {"count", sizes.size()}, {"unset", unset}, {"min", s.min}, {"median", s.median}, {"max", s.max}});
+    return kMet;
+}
+
+int run_info(const Options& options) {
+    switch (kind_of(options.file)) {
+        case FileKind::Patches: return info_of_patches(options);
+        case FileKind::Mesh: return info_of_mesh(options);
+        case FileKind::Sizes: return info_of_sizes(options);
+        case FileKind::Vtu:
+        case FileKind::Report:
+        case FileKind::Unknown: break;
+    }
+    throw UsageError(options.file + ": unknown extension \"" + extension_of(options.file) + "\"; known are .bpt .bez, .mesh .meshb .obj .off .ply .stl, .sol .solb");
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, Run& run) {
+    CLI::App& command = *app.add_subcommand("info", "What is in a file, and what is wrong with it");
+    const auto options = std::make_shared<Options>();
+    command.add_option("FILE", options->file, "Bezier patches, a triangle mesh or a size map")->required();
+    add_session(command, options->session);
+    run_with(command, run, options, run_info);
+}
+
+}  // namespace gradus::app

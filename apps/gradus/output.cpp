@@ -1,0 +1,69 @@
+#include "output.hpp"
+
+#include <algorithm>
+
+#include "files.hpp"
+#include "gradus/curvature/principal.hpp"
+#include "gradus/gradation/measures.hpp"
+#include "gradus/io/mesh_files.hpp"
+#include "gradus/io/vtu.hpp"
+#include "gradus/quality/shape.hpp"
+
+namespace gradus::app {
+
+namespace {
+
+void write_fields(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh) {
+    const std::vector<double> shock = vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes);
+    std::vector<double> radius, curvature, quality, patch(mesh.patches.begin(), mesh.patches.end());
+    for (const SurfacePoint& at : mesh.places) {
+        radius.push_back(minimal_radius(model.patch(at.patch), at.uv));
+        curvature.push_back(1 / radius.back());
+    }
+    for (const Triangle& t : mesh.triangles) quality.push_back(area_length(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]));
+    for (double& p : patch) ++p;
+    write_vtu(path, mesh.points, mesh.triangles,
+              {{"size", 1, mesh.sizes}, {"shock", 1, shock}, {"minimal_radius", 1, radius}, {"curvature", 1, curvature}},
+              {{"quality", 1, quality}, {"patch", 1, patch}});
+}
+
+}  // namespace
+
+TriangleSoup soup_of(const SurfaceMesh& mesh) {
+    TriangleSoup soup;
+    soup.points = mesh.points;
+    soup.triangles = mesh.triangles;
+    for (const int patch : mesh.patches) soup.labels.push_back(patch + 1);
+    for (std::size_t v = 0; v < mesh.places.size(); ++v) soup.parameters.push_back({static_cast<int>(v), mesh.places[v]});
+    soup.edges = mesh.features;
+    return soup;
+}
+
+void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh) {
+    if (kind_of(path) == FileKind::Vtu) write_fields(path, model, mesh);
+    else write_mesh(path, soup_of(mesh));
+}
+
+MeshReport measure_surface_mesh(const PatchModel& model, const SurfaceMesh& mesh, const ControlSpace& control) {
+    std::vector<int> cells;
+    for (const SurfacePoint& at : mesh.places) cells.push_back(control.locate(at));
+    MeasureOptions options;
+    options.size = [&](const Eigen::Vector3d& p, int& cell) { return control.size(p, cell); };
+    options.size_hints = cells;
+    options.model = &model;
+    options.places = mesh.places;
+    options.patches = mesh.patches;
+    return measure({mesh.points, mesh.triangles}, options);
+}
+
+Shape shape_of(const SurfaceMesh& mesh) {
+    Shape shape;
+    for (const Triangle& t : mesh.triangles) {
+        const double q = area_length(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+        shape.worst = std::min(shape.worst, q);
+        shape.mean += q / static_cast<double>(mesh.triangles.size());
+    }
+    return shape;
+}
+
+}  // namespace gradus::app

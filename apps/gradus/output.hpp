@@ -1,0 +1,29 @@
+/// Meshes of a surface as files.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gradus/control/control_space.hpp"
+#include "gradus/quality/report.hpp"
+#include "gradus/remesh/surface_mesh.hpp"
+
+namespace gradus::app {
+
+/// Labels are patches, from 1; vertices come with their parameters; feature edges.
+TriangleSoup soup_of(const SurfaceMesh& mesh);
+
+/// Writes a mesh in the format of the extension. `.vtu` has the fields size, shock, minimal_radius, curvature (at vertices), quality
+/// (area-length) and patch (from 1).
+void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh);
+
+/// Everything there is to measure. @param control  size map the mesh was made for
+MeshReport measure_surface_mesh(const PatchModel& model, const SurfaceMesh& mesh, const ControlSpace& control);
+
+/// Worst and mean area-length, for a line of text.
+struct Shape {
+    double worst = 1, mean = 0;
+};
+Shape shape_of(const SurfaceMesh& mesh);
+
+}  // namespace gradus::app

@@ -1,0 +1,48 @@
+/// Closest triangles.
+#pragma once
+
+#include "gradus/mesh/tri_mesh.hpp"
+
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace gradus {
+
+/// The closest point of the triangle abc to p, also for a triangle without area.
+Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+
+/// A tree of boxes over triangles. The spans must outlive it.
+class ClosestTriangle {
+  public:
+    /// @param chosen  triangles to look among, by index; not empty
+    ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, std::vector<int> chosen);
+
+    struct Hit {
+        int triangle = -1;
+        double distance = std::numeric_limits<double>::infinity();
+    };
+    /// The closest triangle, the one of least index where several are equally close. Logarithmic in the number of triangles for a point near
+    /// them. @pre p is finite
+    Hit closest(const Eigen::Vector3d& p) const;
+
+  private:
+    struct Box {
+        Eigen::Vector3d low, high;
+        double squared_distance(const Eigen::Vector3d& p) const { return (low - p).cwiseMax(p - high).cwiseMax(0).squaredNorm(); }
+    };
+    struct Node {
+        Box box;
+        int first, last;   // range of chosen_
+        int right = -1;    // second child, the first one follows this node; -1: leaf
+    };
+    int build(int first, int last);
+    void descend(int node, const Eigen::Vector3d& p, double& squared, int& triangle) const;
+
+    std::span<const Eigen::Vector3d> points_;
+    std::span<const Triangle> triangles_;
+    std::vector<int> chosen_;
+    std::vector<Node> nodes_;
+};
+
+}  // namespace gradus
