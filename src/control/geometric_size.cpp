@@ -157,8 +157,12 @@ void Builder::start_from_grid(int cells) {
         for (int j = 0; j < n; ++j)
             for (int i = 0; i < n; ++i) {
                 const int a = j * (n + 1) + i, b = a + 1, c = a + n + 2, d = a + n + 1;
-                // The shorter diagonal.
-                if ((points_[id[a]] - points_[id[c]]).squaredNorm() <= (points_[id[b]] - points_[id[d]]).squaredNorm()) {
+                // The shorter diagonal; at a corner of the patch the one that ends there, as the other one joins two curves, and a
+                // second patch between the same curves would have it too.
+                const bool left = i == 0, right = i == n - 1, bottom = j == 0, top = j == n - 1;
+                const bool through_ac = (left && bottom) || (right && top), through_bd = (right && bottom) || (left && top);
+                const bool shorter = (points_[id[a]] - points_[id[c]]).squaredNorm() <= (points_[id[b]] - points_[id[d]]).squaredNorm();
+                if (through_ac || (shorter && !through_bd)) {
                     add(a, b, c);
                     add(a, c, d);
                 } else {

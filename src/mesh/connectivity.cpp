@@ -12,6 +12,7 @@ namespace {
 // Half-edges by the larger of their two vertices, as a counting sort: twins are found within short lists.
 std::vector<int> match_twins(int num_vertices, std::span<const Triangle> triangles) {
     const int num_halfedges = static_cast<int>(3 * triangles.size());
+    const auto name = [](int a, int b) { return std::to_string(a) + "-" + std::to_string(b); };
     const auto ends = [&](int h) {
         const Triangle& t = triangles[h / 3];
         return std::pair{t[h % 3], t[(h % 3 + 1) % 3]};
@@ -26,11 +27,10 @@ std::vector<int> match_twins(int num_vertices, std::span<const Triangle> triangl
             for (int j = i + 1; j < first[v + 1]; ++j) {
                 const auto [a, b] = ends(order[i]);
                 const auto [c, d] = ends(order[j]);
-                const std::string edge = std::to_string(a) + "-" + std::to_string(b);
-                if (a == c && b == d) throw std::invalid_argument("Connectivity: edge " + edge + " is wrongly oriented or has too many triangles");
+                if (a == c && b == d) throw std::invalid_argument("Connectivity: edge " + name(a, b) + " is wrongly oriented or has too many triangles");
                 if (a != d || b != c) continue;
                 if (twin[order[i]] != Connectivity::kNone || twin[order[j]] != Connectivity::kNone)
-                    throw std::invalid_argument("Connectivity: edge " + edge + " has more than two triangles");
+                    throw std::invalid_argument("Connectivity: edge " + name(a, b) + " has more than two triangles");
                 twin[order[i]] = order[j];
                 twin[order[j]] = order[i];
             }

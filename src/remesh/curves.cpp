@@ -93,8 +93,10 @@ std::vector<std::vector<double>> discretise_curves(const PatchModel& model, cons
         if (curves[c].kind == CurveKind::Pole) continue;
         integrals[c] = Integrator(model, control, static_cast<int>(c)).run();
         const auto [a, b] = std::minmax(curves[c].ends[0], curves[c].ends[1]);
-        // A curve that returns to its start needs three pieces, two curves between the same vertices two each.
-        pieces[c] = std::max(a == b ? 3 : 1, static_cast<int>(std::lround(integrals[c].length.back())));
+        // A curve that returns to its start needs three pieces, two curves between the same vertices two each, and so does a
+        // seam: the patch lies on both its sides.
+        const bool seam = curves[c].uses.size() == 2 && curves[c].uses[0].patch == curves[c].uses[1].patch;
+        pieces[c] = std::max(a == b ? 3 : seam ? 2 : 1, static_cast<int>(std::lround(integrals[c].length.back())));
         if (pieces[c] == 1 && ++straight[{a, b}] > 1) pieces[c] = 2;
     }
     std::vector<std::vector<double>> t(curves.size());

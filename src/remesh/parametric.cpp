@@ -8,8 +8,11 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <optional>
 #include <stdexcept>
 
@@ -112,6 +115,17 @@ void cut_edge(PatchMesh& mesh, int a, int b) {
         }
 }
 
+void split_in_middle(PatchMesh& mesh, int t) {
+    const auto [a, b, c] = mesh.triangles[t];
+    const int m = static_cast<int>(mesh.uv.size());
+    mesh.uv.push_back((mesh.uv[a] + mesh.uv[b] + mesh.uv[c]) / 3);
+    mesh.cell.push_back(mesh.cell[a]);
+    mesh.number.push_back(-1);
+    mesh.triangles[t] = {a, b, m};
+    mesh.triangles.push_back({b, c, m});
+    mesh.triangles.push_back({c, a, m});
+}
+
 struct EdgeUse {
     std::array<int, 2> ends;    // global numbers, in the direction of the triangle
     int patch;
@@ -124,6 +138,7 @@ class Assembly {
   public:
     Assembly(const PatchModel& model, const SharedVertices& shared, std::vector<PatchMesh> patches) : model_(model), patches_(std::move(patches)), count_(shared.count) {
         for (PatchMesh& mesh : patches_) number_inner(mesh);
+        split_twin_triangles(shared.count);
         for (int round = 0; round < kRepairRounds && cut_conflicts(); ++round) {}
     }
 
@@ -205,6 +220,26 @@ class Assembly {
         return true;
     }
 
+    // Two triangles on the same three vertices enclose nothing: each gets a point in its middle. Only corners that patches share can
+    // be those of two triangles, and these are numbered first.
+    void split_twin_triangles(int shared) {
+        std::map<std::array<int, 3>, std::vector<std::pair<int, int>>> by_corners;  // patch and triangle
+        for (int p = 0; p < static_cast<int>(patches_.size()); ++p)
+            for (int t = 0; t < static_cast<int>(patches_[p].triangles.size()); ++t) {
+                const auto& v = patches_[p].triangles[t];
+                const auto& number = patches_[p].number;
+                std::array<int, 3> corners{number[v[0]], number[v[1]], number[v[2]]};
+                std::sort(corners.begin(), corners.end());
+                if (corners[0] < corners[1] && corners[1] < corners[2] && corners[2] < shared) by_corners[corners].emplace_back(p, t);
+            }
+        for (const auto& [corners, uses] : by_corners)
+            if (uses.size() > 1)
+                for (const auto& [p, t] : uses) {
+                    split_in_middle(patches_[p], t);
+                    number_inner(patches_[p]);
+                }
+    }
+
     const PatchModel& model_;
     std::vector<PatchMesh> patches_;
     int count_;
@@ -220,15 +255,27 @@ Vertex vertex_from(const Foot& foot) {
     return v;
 }
 
+// True where the surface has several normals at a pole, as at the tip of a cone.
+bool is_tip(const PatchModel& model, int pole) {
+    constexpr double kCosine = 0.966;  // of 15 degrees, from which curves are creases
+    const Eigen::Vector3d first = model.normal(model.on_curve(pole, 0, 0));
+    for (const double t : {0.25, 0.5, 0.75, 1.0})
+        if (model.normal(model.on_curve(pole, 0, t)).dot(first) < kCosine) return true;
+    return false;
+}
+
 std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& support, const ControlSpace& control, const SharedVertices& shared, const Assembly& assembly) {
     std::vector<Vertex> vertices(assembly.num_vertices());
     const int corners = static_cast<int>(model.vertices().size());
     std::vector<char> on_feature(corners, 0), on_crease(corners, 0);
-    for (const ModelCurve& curve : model.curves())
-        for (const int end : curve.ends) {
-            if (is_feature(curve.kind) || curve.kind == CurveKind::Pole) on_feature[end] = 1;
-            if (curve.kind == CurveKind::Crease) on_crease[end] = 1;
+    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
+        const CurveKind kind = model.curves()[c].kind;
+        const bool several_normals = kind == CurveKind::Crease || (kind == CurveKind::Pole && is_tip(model, c));
+        for (const int end : model.curves()[c].ends) {
+            if (is_feature(kind) || kind == CurveKind::Pole) on_feature[end] = 1;
+            if (several_normals) on_crease[end] = 1;
         }
+    }
     for (int v = 0; v < corners; ++v) {
         const SurfacePoint at = model.vertices()[v].places.front();
         vertices[v] = vertex_from(support.foot({at, -1, 0, control.locate(at)}));
@@ -268,8 +315,42 @@ void tag_features(const PatchModel& model, const PatchSupport& support, const Sh
     }
 }
 
+// Every place of a vertex on a feature: one per side or corner that has it.
+std::vector<SurfacePoint> places_of(const PatchModel& model, const Vertex& v) {
+    std::vector<SurfacePoint> places;
+    if (v.bound == Bound::Curve) {
+        const ModelCurve& curve = model.curves()[v.place.curve];
+        if (v.place.t == 0 || v.place.t == 1) return model.vertices()[curve.ends[v.place.t == 1]].places;
+        for (int use = 0; use < static_cast<int>(curve.uses.size()); ++use) places.push_back(model.on_curve(v.place.curve, use, v.place.t));
+    }
+    if (v.bound == Bound::Fixed) {
+        const SurfacePoint& at = v.place.at;
+        const Domain d = model.patch(at.patch).domain();
+        const bool right = at.uv.x() == d.max.x(), top = at.uv.y() == d.max.y();
+        places = model.vertices()[model.corner_vertex(at.patch, top ? (right ? 2 : 3) : (right ? 1 : 0))].places;
+    }
+    return places;
+}
+
+// The patch that all corners of a triangle lie on, all of them on features; of several the one that faces as the triangle does.
+int common_patch(const PatchModel& model, const Vertex& a, const Vertex& b, const Vertex& c) {
+    const Eigen::Vector3d facing = (b.p - a.p).cross(c.p - a.p);
+    const std::array<std::vector<SurfacePoint>, 3> places{places_of(model, a), places_of(model, b), places_of(model, c)};
+    int best = a.place.at.patch;
+    double most = -std::numeric_limits<double>::infinity();
+    for (const SurfacePoint& first : places[0]) {
+        double agreement = 0;
+        for (const auto& of_corner : places) {
+            const auto there = std::find_if(of_corner.begin(), of_corner.end(), [&](const SurfacePoint& at) { return at.patch == first.patch; });
+            agreement += there != of_corner.end() ? model.normal(*there).dot(facing) : -std::numeric_limits<double>::infinity();
+        }
+        if (agreement > most) most = agreement, best = first.patch;
+    }
+    return best;
+}
+
 // The patch under a triangle: that of all its corners, or the one its middle falls on.
-int patch_under(const Support& support, const Vertex& a, const Vertex& b, const Vertex& c) {
+int patch_under(const PatchModel& model, const Support& support, const Vertex& a, const Vertex& b, const Vertex& c) {
     const auto inside = [](const Vertex& v) { return v.bound == Bound::Free; };
     if (inside(a) && inside(b) && inside(c) && a.place.at.patch == b.place.at.patch && b.place.at.patch == c.place.at.patch) return a.place.at.patch;
     const Eigen::Vector3d middle = (a.p + b.p + c.p) / 3;
@@ -279,9 +360,7 @@ int patch_under(const Support& support, const Vertex& a, const Vertex& b, const 
     }
     for (const Vertex* v : {&a, &b, &c})
         if (inside(*v)) return v->place.at.patch;
-    for (const Vertex* v : {&a, &b, &c})
-        if (const auto foot = support.move(v->place, middle)) return foot->place.at.patch;
-    return a.place.at.patch;
+    return common_patch(model, a, b, c);
 }
 
 SurfaceMesh export_mesh(const PatchModel& model, const Support& support, const Editor& editor) {
@@ -295,7 +374,7 @@ SurfaceMesh export_mesh(const PatchModel& model, const Support& support, const E
     for (int t = 0; t < mesh.num_triangles(); ++t) {
         const Triangle v = mesh.triangle(t);
         result.triangles.push_back(v);
-        result.patches.push_back(patch_under(support, editor.vertex(v[0]), editor.vertex(v[1]), editor.vertex(v[2])));
+        result.patches.push_back(patch_under(model, support, editor.vertex(v[0]), editor.vertex(v[1]), editor.vertex(v[2])));
         for (int h = 3 * t; h < 3 * t + 3; ++h)
             if (mesh.tag(h) >= 0 && mesh.twin(h) < h) result.features.push_back({mesh.origin(h), mesh.target(h)});
     }

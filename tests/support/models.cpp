@@ -231,6 +231,8 @@ Nets cube() {
     return nets;
 }
 
+Nets cushion(double height) { return {bump(height), bump(-height)}; }
+
 Nets sphere_octants(double radius) {
     Nets nets;
     for (int half = -1; half <= 0; ++half)
@@ -285,6 +287,19 @@ Nets cylinder(double radius, double height) {
     Nets nets;
     for (int k = 0; k < 4; ++k) nets.push_back(turned_profile(k, {{radius, 0, 1}, {radius, height, 1}}));
     return nets;
+}
+
+Nets cone(double radius, double height) {
+    Nets nets;
+    for (int k = 0; k < 4; ++k) nets.push_back(turned_profile(k, {{radius, 0, 1}, {0, height, 1}}));
+    return nets;
+}
+
+PatchModel two_hemispheres(double radius) {
+    std::vector<Patch> patches;
+    for (int k = 0; k < 2; ++k)
+        patches.push_back(reparametrise(make_sphere(Vector3d::Zero(), radius), Eigen::Matrix2d::Identity(), Vector2d::Zero(), {{k * pi, -pi / 2}, {(k + 1) * pi, pi / 2}}));
+    return PatchModel(std::move(patches));
 }
 
 PatchModel sphere_with_seam(double radius) { return model_of(make_sphere(Vector3d::Zero(), radius)); }

@@ -58,6 +58,8 @@ Nets mixed_degrees();
 Nets differing_parameters();
 /// Six patches of the unit cube: twelve creases of 90 degrees.
 Nets cube();
+/// Two bumps back to back, glued along all four sides.
+Nets cushion(double height = 0.5);
 
 // -- Closed and smooth, exact in rational form ---------------------------------------------------------------------------------
 
@@ -69,12 +71,15 @@ Nets sphere_cube(double radius = 1);
 Nets torus(double major = 2, double minor = 0.5);
 /// Four biquadratic-by-linear patches, open at both ends.
 Nets cylinder(double radius = 1, double height = 2);
+/// Four biquadratic-by-linear patches from a circle to the apex at (0, 0, height), a pole without a normal.
+Nets cone(double radius = 1, double height = 1);
 
 // -- One analytic patch glued to itself ----------------------------------------------------------------------------------------
 
 PatchModel sphere_with_seam(double radius = 1);                       ///< one seam, two poles
 PatchModel torus_with_seams(double major = 2, double minor = 0.5);    ///< two seams, one vertex, no boundary
 PatchModel cylinder_with_seam(double radius = 1, double height = 2);  ///< one seam, two closed boundaries
+PatchModel two_hemispheres(double radius = 1);                        ///< east and west: two curves between two poles
 /// A sphere whose parameter u is 1 / stretch of the longitude, so that |S_u| / |S_v| = stretch on the equator.
 Patch stretched_sphere(double stretch = 1000, double radius = 1);
 
