@@ -133,9 +133,9 @@ TEST_CASE("Sizes by the rule are those of the sphere", "[control][exact]") {
 }
 
 TEST_CASE("The background is refused beyond its number of triangles, and for bad options", "[control]") {
-    const PatchModel model = models::kind_of("torus").make();
+    const PatchModel model = models::kind_of("bump").make();
     const SizingRule rule = proportional(0.3, 0, 1);
-    const SizedBackground stopped = make_background(model, rule, {.size_tolerance = 1e-4, .max_triangles = 5000});
+    const SizedBackground stopped = make_background(model, rule, {.size_tolerance = 1e-4, .finest = 0.01, .max_triangles = 5000});
     CHECK_FALSE(stopped.resolved);
     CHECK(stopped.background.mesh.n_faces() <= 5000);
     CHECK(gap(model, stopped.background) <= 1e-9 * model.diagonal());
@@ -156,7 +156,9 @@ TEST_CASE("A background goes to a file and comes back, with its parameters and w
         const Background with = background_from_soup(model, soup);
         CHECK(with.patch == sized.background.patch);
         CHECK(gap(model, with) <= 1e-9 * model.diagonal());
-        if (kind.name.find("seam") == std::string::npos && kind.name != "stretched sphere") CHECK(with.uv == sized.background.uv);
+        // At a pole any of the parameters of its side will do.
+        const bool pole = std::any_of(model.vertices().begin(), model.vertices().end(), [](const ModelVertex& v) { return v.pole; });
+        if (!pole && kind.name.find("seam") == std::string::npos) CHECK(with.uv == sized.background.uv);
         CHECK(std::ranges::equal(points_of(with.mesh), points_of(sized.background.mesh)));
         CHECK(triangles_of(with.mesh) == triangles_of(sized.background.mesh));
         soup.parameters.clear();

