@@ -55,7 +55,7 @@ Feet descend(const ParametricSurface& patch, const std::array<Eigen::Vector3d, 3
     const Eigen::Vector2d start = project(patch, from).uv;
     Feet feet;
     for (int k = 0; k < 3; ++k) {
-        const Projection foot = project(patch, corners[k], start);
+        const PatchProjection foot = project(patch, corners[k], start);
         feet.uv[k] = foot.uv;
         feet.distance[k] = foot.distance;
     }

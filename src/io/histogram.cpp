@@ -27,7 +27,7 @@ struct Layout {
 
 constexpr double headroom = 1.06;  // of the axis over the tallest bar
 
-double tallest(const Histogram& histogram) {
+double tallest(const HistogramData& histogram) {
     double share = 0;
     for (std::size_t i = 0; i < histogram.counts.size(); ++i) share = std::max(share, histogram.share(i));
     return share;
@@ -36,7 +36,7 @@ double tallest(const Histogram& histogram) {
 std::vector<double> share_ticks(const Layout& layout) { return ticks(layout.shares, Scale::Linear, 5); }
 std::string percent(double share) { return tick_label(100 * share) + "%"; }
 
-Layout lay_out(const Histogram& histogram, const HistogramStyle& style) {
+Layout lay_out(const HistogramData& histogram, const HistogramStyle& style) {
     Layout layout;
     layout.text = std::clamp(std::min(style.width / 58.0, style.height / 36.0), 7.0, 40.0);
     layout.shares = {0, style.greatest_share.value_or(headroom * tallest(histogram))};
@@ -59,7 +59,7 @@ void check(const HistogramStyle& style) {
 }
 
 /// Left and right end of a bar, with a gap that keeps bars apart if they are wide enough for it.
-std::array<double, 2> bar_ends(const Layout& layout, const Histogram& histogram, std::size_t bin) {
+std::array<double, 2> bar_ends(const Layout& layout, const HistogramData& histogram, std::size_t bin) {
     const auto [low, high] = histogram.limits_of(bin);
     const double left = layout.x(low), right = layout.x(high), gap = std::min(1.0, 0.12 * (right - left));
     return {left + gap / 2, right - gap / 2};
@@ -77,14 +77,14 @@ std::string svg_line(double x0, double y0, double x1, double y1, const std::stri
 
 }  // namespace
 
-std::size_t Histogram::total() const { return std::accumulate(counts.begin(), counts.end(), below + above); }
+std::size_t HistogramData::total() const { return std::accumulate(counts.begin(), counts.end(), below + above); }
 
-double Histogram::share(std::size_t bin) const {
+double HistogramData::share(std::size_t bin) const {
     const std::size_t all = total();
     return all == 0 ? 0 : static_cast<double>(counts[bin]) / static_cast<double>(all);
 }
 
-std::array<double, 2> Histogram::limits_of(std::size_t bin) const {
+std::array<double, 2> HistogramData::limits_of(std::size_t bin) const {
     const auto limit = [&](std::size_t i) {
         const double t = static_cast<double>(i) / static_cast<double>(counts.size());
         return scale == Scale::Linear ? range.low + t * (range.high - range.low) : range.low * std::pow(range.high / range.low, t);
@@ -92,11 +92,11 @@ std::array<double, 2> Histogram::limits_of(std::size_t bin) const {
     return {limit(bin), limit(bin + 1)};
 }
 
-Histogram count_values(std::span<const double> values, int bins, std::optional<Range> range, Scale scale) {
+HistogramData count_values(std::span<const double> values, int bins, std::optional<Range> range, Scale scale) {
     if (bins < 1) throw std::invalid_argument("count_values: bins " + std::to_string(bins) + " is less than 1");
     if (range && !(range->high > range->low)) throw std::invalid_argument("count_values: range is not increasing");
     if (range && scale == Scale::Logarithmic && !(range->low > 0)) throw std::invalid_argument("count_values: range is not positive");
-    Histogram histogram;
+    HistogramData histogram;
     histogram.range = range.value_or(range_of(values, scale));
     histogram.scale = scale;
     // All values the same: a bin around them.
@@ -115,13 +115,13 @@ Histogram count_values(std::span<const double> values, int bins, std::optional<R
     return histogram;
 }
 
-void share_axis(const Histogram& left, HistogramStyle& left_style, const Histogram& right, HistogramStyle& right_style) {
+void share_axis(const HistogramData& left, HistogramStyle& left_style, const HistogramData& right, HistogramStyle& right_style) {
     constexpr double least = 1e-9;  // both may be empty
     if (!left_style.greatest_share) left_style.greatest_share = std::max(headroom * std::max(tallest(left), tallest(right)), least);
     right_style.greatest_share = left_style.greatest_share;
 }
 
-Image draw_histogram(const Histogram& histogram, const HistogramStyle& style) {
+Image draw_histogram(const HistogramData& histogram, const HistogramStyle& style) {
     check(style);
     const Layout layout = lay_out(histogram, style);
     const double size = layout.text, thin = std::max(1.0, 0.08 * size);
@@ -152,7 +152,7 @@ Image draw_histogram(const Histogram& histogram, const HistogramStyle& style) {
     return image;
 }
 
-Image draw_histograms(const Histogram& left, HistogramStyle left_style, const Histogram& right, HistogramStyle right_style) {
+Image draw_histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right, HistogramStyle right_style) {
     share_axis(left, left_style, right, right_style);
     const Image a = draw_histogram(left, left_style), b = draw_histogram(right, right_style);
     Image image(a.width + b.width, std::max(a.height, b.height));
@@ -161,7 +161,7 @@ Image draw_histograms(const Histogram& left, HistogramStyle left_style, const Hi
     return image;
 }
 
-std::string histogram_svg(const Histogram& histogram, const HistogramStyle& style) {
+std::string histogram_svg(const HistogramData& histogram, const HistogramStyle& style) {
     check(style);
     const Layout layout = lay_out(histogram, style);
     const double size = layout.text, middle = (layout.left + layout.right) / 2;

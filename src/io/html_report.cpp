@@ -115,11 +115,11 @@ void HtmlReport::stages(std::span<const Stage> stages) {
     body_ += html + close_table;
 }
 
-void HtmlReport::histogram(const Histogram& histogram, const HistogramStyle& style) {
+void HtmlReport::histogram(const HistogramData& histogram, const HistogramStyle& style) {
     body_ += "<figure>\n" + histogram_svg(histogram, style) + "</figure>\n";
 }
 
-void HtmlReport::histograms(const Histogram& left, HistogramStyle left_style, const Histogram& right, HistogramStyle right_style) {
+void HtmlReport::histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right, HistogramStyle right_style) {
     share_axis(left, left_style, right, right_style);
     body_ += "<figure class=\"row\">\n<div>" + histogram_svg(left, left_style) + "</div>\n<div>" + histogram_svg(right, right_style) +
              "</div>\n</figure>\n";

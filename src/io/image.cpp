@@ -3,11 +3,10 @@
 #include <png.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <fstream>
 #include <stdexcept>
-#include <system_error>
+
+#include "gradus/io/output_file.hpp"
 
 namespace gradus {
 namespace {
@@ -59,22 +58,6 @@ std::string encode_png(const Image& image) {
     return bytes;
 }
 
-void write_png(const std::filesystem::path& path, const Image& image) {
-    const std::string bytes = encode_png(image);
-    std::filesystem::path temporary = path;
-    temporary += ".part";
-    {
-        std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
-        file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-        file.close();
-        if (!file) {
-            const std::error_code reason(errno != 0 ? errno : EIO, std::generic_category());
-            std::error_code ignored;
-            std::filesystem::remove(temporary, ignored);
-            throw std::system_error(reason, "write_png: " + path.string());
-        }
-    }
-    std::filesystem::rename(temporary, path);
-}
+void write_png(const std::filesystem::path& path, const Image& image) { write_file(path.string(), encode_png(image)); }
 
 }  // namespace gradus

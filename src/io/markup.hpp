@@ -1,4 +1,4 @@
-/// Private to the web pages: text that is safe inside HTML and SVG.
+/// Private to the writers of web pages and XML: text that is safe inside HTML, SVG and XML.
 #pragma once
 
 #include <string>

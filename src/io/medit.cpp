@@ -28,6 +28,8 @@ enum class Keyword : int {
     SolAtVertices = 62
 };
 
+constexpr std::string_view kParametersName = "VerticesOnGeometricTriangles";
+
 constexpr std::pair<std::string_view, Keyword> kKeywords[] = {
     {"Dimension", Keyword::Dimension},
     {"Vertices", Keyword::Vertices},
@@ -37,7 +39,7 @@ constexpr std::pair<std::string_view, Keyword> kKeywords[] = {
     {"Corners", Keyword::Corners},
     {"Ridges", Keyword::Ridges},
     {"RequiredEdges", Keyword::RequiredEdges},
-    {"VerticesOnGeometricTriangles", Keyword::VerticesOnGeometricTriangles},
+    {kParametersName, Keyword::VerticesOnGeometricTriangles},
     {"End", Keyword::End},
     {"SolAtVertices", Keyword::SolAtVertices},
 };
@@ -65,12 +67,12 @@ class TextSource {
 
     /// The next keyword of interest; other sections are passed over. Nothing at the end.
     std::optional<Keyword> keyword() {
-        while (!in_.at_end()) {
+        while (!ended_ && !in_.at_end()) {
             const Where start = in_.position();
             const std::string_view word = in_.word("a keyword");
             if (!starts_keyword(word)) in_.fail_at(start, "expected a keyword, found " + quoted(word) + " (more entries than announced?)");
             for (const auto& [name, keyword] : kKeywords)
-                if (word == name) return keyword == Keyword::End ? std::nullopt : std::optional(keyword);
+                if (word == name) return keyword == Keyword::End ? keyword_after_end() : std::optional(keyword);
             skip_section();
         }
         return std::nullopt;
@@ -87,6 +89,15 @@ class TextSource {
     [[noreturn]] void fail_at(Where where, const std::string& what) const { in_.fail_at(where, what); }
 
   private:
+    /// The section that medit_text writes as comments; whatever else follows the end is not part of the file.
+    std::optional<Keyword> keyword_after_end() {
+        ended_ = true;
+        in_.read_comments();
+        if (in_.peek() != kParametersName) return std::nullopt;
+        in_.word("a keyword");
+        return Keyword::VerticesOnGeometricTriangles;
+    }
+
     void skip_section() {
         while (!in_.at_end() && !starts_keyword(in_.peek())) {
             const std::string_view word = in_.word("a value");
@@ -97,6 +108,7 @@ class TextSource {
     }
 
     Scanner in_;
+    bool ended_ = false;
 };
 
 class BinarySource {
@@ -461,12 +473,13 @@ std::string medit_text(const TriangleSoup& soup) {
         const auto& [a, b, c] = soup.triangles[t];
         out << a + 1 << ' ' << b + 1 << ' ' << c + 1 << ' ' << label_of(soup, t) << '\n';
     }
-    if (!soup.parameters.empty()) {
-        out << "\nVerticesOnGeometricTriangles\n" << soup.parameters.size() << '\n';
-        for (const auto& [vertex, at] : soup.parameters)
-            out << vertex + 1 << ' ' << at.patch + 1 << ' ' << at.uv[0] << ' ' << at.uv[1] << " 0\n";
-    }
     out << "\nEnd\n";
+    // As comments: meshio, for one, refuses a text file with a keyword it does not know, even behind the end.
+    if (!soup.parameters.empty()) {
+        out << "\n# " << kParametersName << "\n# " << soup.parameters.size() << '\n';
+        for (const auto& [vertex, at] : soup.parameters)
+            out << "# " << vertex + 1 << ' ' << at.patch + 1 << ' ' << at.uv[0] << ' ' << at.uv[1] << " 0\n";
+    }
     return out.take();
 }
 

@@ -9,6 +9,8 @@
 #include <sstream>
 #include <utility>
 
+#include "gradus/io/output_file.hpp"
+
 namespace gradus {
 namespace {
 
@@ -209,8 +211,7 @@ PatchFile read_patches(const std::string& path) {
 }
 
 void write_patches(const std::string& path, const PatchFile& file) {
-    std::ofstream out(path);
-    if (!out) throw IoError(path, 0, "cannot open the file for writing");
+    std::ostringstream out;
     std::istringstream origin(file.origin);
     for (std::string line; std::getline(origin, line);) out << (line.empty() ? "#" : "# " + line) << '\n';
     out << file.nets.size() << '\n';
@@ -223,8 +224,7 @@ void write_patches(const std::string& path, const PatchFile& file) {
             out << '\n';
         }
     }
-    out.flush();
-    if (!out) throw IoError(path, 0, "could not write all of the file");
+    write_file(path, out.str());
 }
 
 PatchModel make_model(const PatchFile& file, const GlueOptions& options) {

@@ -23,7 +23,7 @@ void require(bool holds, const char* what) {
     if (!holds) refuse(what);
 }
 
-void check(const MeshView& mesh) {
+void check(const DrawnMesh& mesh) {
     const int n = static_cast<int>(mesh.points.size());
     const auto valid = [n](int v) { return v >= 0 && v < n; };
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -93,7 +93,7 @@ Eigen::Matrix3d eye_frame(const Camera& camera) {
 }
 
 /// Vertices that are in a triangle or a feature: only they count for fitting.
-std::vector<char> used_vertices(const MeshView& mesh) {
+std::vector<char> used_vertices(const DrawnMesh& mesh) {
     std::vector<char> used(mesh.points.size(), 0);
     for (const Triangle& t : mesh.triangles)
         for (const int v : t) used[v] = 1;
@@ -101,7 +101,7 @@ std::vector<char> used_vertices(const MeshView& mesh) {
     return used;
 }
 
-View make_view(const MeshView& mesh, const Camera& camera, double width, double height) {
+View make_view(const DrawnMesh& mesh, const Camera& camera, double width, double height) {
     View view;
     view.frame = eye_frame(camera);
     const std::vector<char> used = used_vertices(mesh);
@@ -110,7 +110,7 @@ View make_view(const MeshView& mesh, const Camera& camera, double width, double 
         if (used[v]) box.extend(mesh.points[v]);
     if (box.isEmpty()) box.extend(Eigen::Vector3d(0, 0, 0));
     view.centre = box.center();
-    if (camera.projection == Projection::Perspective) {
+    if (camera.projection == CameraProjection::Perspective) {
         // From the sphere around the mesh, so the eye is always outside, however far the picture is enlarged.
         const double radius = std::max(box.diagonal().norm() / 2, 1e-300);
         view.distance = radius / std::sin(camera.view_angle * std::numbers::pi / 360);
@@ -142,7 +142,7 @@ struct Fans {
     std::span<const int> of(int v) const { return {triangle.data() + start[v], static_cast<std::size_t>(start[v + 1] - start[v])}; }
 };
 
-Fans fans_of(const MeshView& mesh) {
+Fans fans_of(const DrawnMesh& mesh) {
     Fans fans;
     fans.start.assign(mesh.points.size() + 1, 0);
     for (const Triangle& t : mesh.triangles)
@@ -170,7 +170,7 @@ struct Prepared {
     std::vector<raster::Corners> corners;
 };
 
-std::vector<Eigen::Vector3d> normals_to_eye(const MeshView& mesh, const View& view, const std::vector<char>& back) {
+std::vector<Eigen::Vector3d> normals_to_eye(const DrawnMesh& mesh, const View& view, const std::vector<char>& back) {
     std::vector<Eigen::Vector3d> normals(mesh.triangles.size());
     tbb::parallel_for(std::size_t{0}, normals.size(), [&](std::size_t t) {
         const auto& [a, b, c] = mesh.triangles[t];
@@ -180,7 +180,7 @@ std::vector<Eigen::Vector3d> normals_to_eye(const MeshView& mesh, const View& vi
     return normals;
 }
 
-void light_corners(const MeshView& mesh, const View& view, const RenderOptions& options, Prepared& scene) {
+void light_corners(const DrawnMesh& mesh, const View& view, const RenderOptions& options, Prepared& scene) {
     const std::vector<Eigen::Vector3d> normals = normals_to_eye(mesh, view, scene.back);
     if (options.shading == Shading::Flat) {
         tbb::parallel_for(std::size_t{0}, normals.size(),
@@ -203,7 +203,7 @@ void light_corners(const MeshView& mesh, const View& view, const RenderOptions& 
     });
 }
 
-void place_corners(const MeshView& mesh, const ScalarField& field, const Range& range, std::vector<raster::Corners>& corners) {
+void place_corners(const DrawnMesh& mesh, const ScalarField& field, const Range& range, std::vector<raster::Corners>& corners) {
     const bool by_vertex = field.on == ScalarField::On::Vertices;
     std::vector<float> place(field.values.size());
     for (std::size_t i = 0; i < place.size(); ++i) place[i] = static_cast<float>(place_on(range, field.scale, field.values[i]));
@@ -221,7 +221,7 @@ raster::Line line_between(const View& view, const ScreenPoint& a, const ScreenPo
 }
 
 /// Edges on the border or between a front and a back face.
-std::vector<std::array<int, 2>> outline_edges(const MeshView& mesh, const Prepared& scene) {
+std::vector<std::array<int, 2>> outline_edges(const DrawnMesh& mesh, const Prepared& scene) {
     std::vector<std::array<int, 2>> outline;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         for (int k = 0; k < 3; ++k) {
@@ -249,7 +249,7 @@ ColourBar legend_of(const ScalarField& field, int height) {
 }
 
 /// Width of the strip kept free for the legend, at the right.
-int legend_width(const MeshView& mesh, const RenderOptions& options) {
+int legend_width(const DrawnMesh& mesh, const RenderOptions& options) {
     if (!mesh.field || !options.legend) return 0;
     const ColourBar bar = legend_of(*mesh.field, options.height);
     const int wanted = static_cast<int>(std::ceil(colour_bar_width(bar) + 3 * bar.text_size));
@@ -263,7 +263,7 @@ void add_legend(Image& image, const ScalarField& field, double left) {
 
 }  // namespace
 
-Image render(const MeshView& mesh, const Camera& camera, const RenderOptions& options) {
+Image render(const DrawnMesh& mesh, const Camera& camera, const RenderOptions& options) {
     check(mesh), check(camera, options);
     const int width = options.width - legend_width(mesh, options);
     const View view = make_view(mesh, camera, width, options.height);
@@ -304,7 +304,7 @@ Image render(const MeshView& mesh, const Camera& camera, const RenderOptions& op
     return image;
 }
 
-Eigen::Vector2d pixel_of(const Eigen::Vector3d& point, const MeshView& mesh, const Camera& camera, const RenderOptions& options) {
+Eigen::Vector2d pixel_of(const Eigen::Vector3d& point, const DrawnMesh& mesh, const Camera& camera, const RenderOptions& options) {
     check(mesh), check(camera, options);
     const ScreenPoint p = make_view(mesh, camera, options.width - legend_width(mesh, options), options.height).project(point);
     return {p.x, p.y};

@@ -23,7 +23,7 @@ Scanner::Scanner(const std::string& path, std::string_view text, char comment, b
 
 bool Scanner::at_end() {
     while (pos_ != end_) {
-        if (is_space(*pos_)) ++pos_;
+        if (is_space(*pos_) || (comments_are_read_ && is_comment(pos_))) ++pos_;
         else if (is_comment(pos_)) next_line();
         else return false;
     }

@@ -25,6 +25,8 @@ class Scanner {
     // Across lines -----------------------------------------------------------------------------------------------------
     /// Passes white space and comments. @returns whether the text is at its end
     bool at_end();
+    /// From here on the character that starts a comment counts as a blank between words: what comments say is read.
+    void read_comments() { comments_are_read_ = true; }
     /// The next word, not passed. Empty at the end.
     std::string_view peek();
     /// The next word. @throws IoError "expected `what`" at the end
@@ -64,6 +66,7 @@ class Scanner {
     const char* end_;
     const char* pos_;
     char comment_;
+    bool comments_are_read_ = false;
     bool continues_;
 };
 

@@ -5,32 +5,10 @@
 
 #include "bytes.hpp"
 #include "gradus/io/output_file.hpp"
+#include "markup.hpp"
 
 namespace gradus {
 namespace {
-
-std::string escaped(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        switch (c) {
-            case '&':
-                result += "&amp;";
-                break;
-            case '<':
-                result += "&lt;";
-                break;
-            case '>':
-                result += "&gt;";
-                break;
-            case '"':
-                result += "&quot;";
-                break;
-            default:
-                result += c;
-        }
-    }
-    return result;
-}
 
 void check_fields(const std::vector<VtuField>& fields, std::size_t count, const char* where) {
     std::set<std::string> names;
@@ -59,7 +37,7 @@ class Arrays {
     std::string xml;
 
     void open(const char* type, const std::string& name, int components, std::size_t bytes) {
-        xml += std::string("<DataArray type=\"") + type + "\" Name=\"" + escaped(name) + "\" NumberOfComponents=\"" +
+        xml += std::string("<DataArray type=\"") + type + "\" Name=\"" + markup::escape(name) + "\" NumberOfComponents=\"" +
                std::to_string(components) + "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
         io::append_bytes(data_, static_cast<std::uint64_t>(bytes));
     }

@@ -4,31 +4,13 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <tuple>
 
+#include "disjoint_sets.hpp"
+
 namespace gradus {
 namespace {
-
-/// Sets of things that are merged; the smallest member stands for the set.
-class DisjointSets {
-  public:
-    explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-
-    int find(int i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void merge(int a, int b) {
-        a = find(a);
-        b = find(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-  private:
-    std::vector<int> parent_;
-};
 
 /// One side of a triangle as a use of an edge.
 struct EdgeUse {
@@ -188,9 +170,9 @@ Fans find_edge_faults(const Topology& topology, Diagnosis& d) {
         if (count == 2 && topology.start(uses[0].side) == topology.start(uses[1].side)) d.inconsistent_edges.add(edge);
         // Also across non-manifold edges, whose ends would all be bow ties otherwise.
         for (std::size_t k = 1; k < count; ++k) {
-            fans.triangles.merge(uses[0].side / 3, uses[k].side / 3);
+            fans.triangles.unite(uses[0].side / 3, uses[k].side / 3);
             for (const int vertex : edge)
-                fans.corners.merge(corner_at(topology, uses[0].side, vertex), corner_at(topology, uses[k].side, vertex));
+                fans.corners.unite(corner_at(topology, uses[0].side, vertex), corner_at(topology, uses[k].side, vertex));
         }
     });
     return fans;
@@ -213,7 +195,7 @@ std::size_t count_boundary_loops(const Topology& topology, Fans& fans) {
     for_each_edge(topology, [&](const EdgeUse* uses, std::size_t count) {
         if (count != 1) return;
         const int a = fans.corners.find(uses->side), b = fans.corners.find(Topology::next(uses->side));
-        loops.merge(a, b);
+        loops.unite(a, b);
         on_boundary.push_back(a);
     });
     for (int& fan : on_boundary) fan = loops.find(fan);

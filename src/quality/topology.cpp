@@ -4,28 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
+
+#include "../mesh/disjoint_sets.hpp"
 
 namespace gradus {
 
 namespace {
-
-class DisjointSets {
-  public:
-    explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-    int find(int x) {
-        while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
-        return x;
-    }
-    /// The smaller root stays, so roots do not depend on the order of the calls.
-    void unite(int a, int b) {
-        a = find(a), b = find(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-  private:
-    std::vector<int> parent_;
-};
 
 /// Walks through the fan of triangles around a vertex.
 class Fan {

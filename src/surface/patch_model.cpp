@@ -6,12 +6,12 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "../mesh/disjoint_sets.hpp"
 #include "gradus/surface/unit_normal.hpp"
 #include "side_trace.hpp"
 
@@ -173,24 +173,6 @@ class EndIndex {
 };
 
 // -- Vertices, components ------------------------------------------------------------------------------------------------------
-
-class DisjointSets {
-  public:
-    explicit DisjointSets(int n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-    int find(int i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    /// The smaller root stays, so that sets are numbered by their first member.
-    void unite(int i, int j) {
-        i = find(i);
-        j = find(j);
-        parent_[std::max(i, j)] = std::min(i, j);
-    }
-
-  private:
-    std::vector<int> parent_;
-};
 
 /// Corners at t = 0 and t = 1 of a use of a curve, as 4 patch + corner.
 std::array<int, 2> end_corners(const SideUse& use) {

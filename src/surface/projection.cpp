@@ -14,7 +14,7 @@ constexpr int kHalvings = 8;
 
 }  // namespace
 
-Projection project(const ParametricSurface& surface, const Eigen::Vector3d& p, const Eigen::Vector2d& start, bool inside) {
+PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d& p, const Eigen::Vector2d& start, bool inside) {
     const Domain domain = surface.domain();
     const Eigen::Vector2d extent = domain.max - domain.min;
     Eigen::Vector2d uv = start;
@@ -60,7 +60,7 @@ Projection project(const ParametricSurface& surface, const Eigen::Vector3d& p, c
     return {uv, distance};
 }
 
-Projection project(const ParametricSurface& surface, const Eigen::Vector3d& p, int cells) {
+PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d& p, int cells) {
     const Domain domain = surface.domain();
     const auto uv_of = [&](int i, int j) -> Eigen::Vector2d { return domain.min + Eigen::Vector2d(i, j).cwiseProduct(domain.max - domain.min) / cells; };
     std::vector<double> squared;
@@ -72,11 +72,11 @@ Projection project(const ParametricSurface& surface, const Eigen::Vector3d& p, i
             most = std::max(most, squared.back());
         }
     // On a seam the same point is a start from either side, and only one of them may lead inside.
-    Projection best{domain.min, std::numeric_limits<double>::infinity()};
+    PatchProjection best{domain.min, std::numeric_limits<double>::infinity()};
     for (int j = 0; j <= cells; ++j)
         for (int i = 0; i <= cells; ++i) {
             if (squared[j * (cells + 1) + i] > least + 1e-12 * most) continue;
-            const Projection found = project(surface, p, uv_of(i, j), true);
+            const PatchProjection found = project(surface, p, uv_of(i, j), true);
             if (found.distance < best.distance) best = found;
         }
     return best;

@@ -33,7 +33,7 @@ TEST_CASE("every value is counted once", "[io][property]") {
     values.push_back(std::numeric_limits<double>::infinity());
     const Scale scale = GENERATE(Scale::Linear, Scale::Logarithmic);
     const auto range = GENERATE(std::optional<Range>{}, std::optional<Range>{Range{0.5, 3}});
-    const Histogram histogram = count_values(values, 17, range, scale);
+    const HistogramData histogram = count_values(values, 17, range, scale);
     CHECK(histogram.total() == 5001);
     CHECK(histogram.missing == 1);
     CHECK(histogram.above >= 1);
@@ -51,7 +51,7 @@ TEST_CASE("every value is counted once", "[io][property]") {
 
 TEST_CASE("the ends of the range belong to the first and the last bin", "[io][exact]") {
     const std::vector<double> values{0, 0.5, 1, -0.1, 1.1};
-    const Histogram histogram = count_values(values, 2, Range{0, 1});
+    const HistogramData histogram = count_values(values, 2, Range{0, 1});
     CHECK(histogram.counts == std::vector<std::size_t>{1, 2});
     CHECK(histogram.below == 1);
     CHECK(histogram.above == 1);
@@ -67,7 +67,7 @@ TEST_CASE("the ends of the range belong to the first and the last bin", "[io][ex
 TEST_CASE("bars are as high as their shares", "[io]") {
     std::vector<double> values(100, 0.25);
     values.insert(values.end(), 300, 0.75);
-    const Histogram histogram = count_values(values, 2, Range{0, 1});
+    const HistogramData histogram = count_values(values, 2, Range{0, 1});
     const HistogramStyle style{.title = "title", .x_label = "x", .width = 400, .height = 300, .bar = hex(0x00a000)};
     const Image image = draw_histogram(histogram, style);
     // The first pixel column after the gap between the bars belongs to the second.
@@ -86,7 +86,7 @@ TEST_CASE("bars are as high as their shares", "[io]") {
 
 TEST_CASE("two histograms side by side have one vertical axis", "[io]") {
     const std::vector<double> spread{0.1, 0.3, 0.6, 0.9}, together{0.9, 0.91, 0.92, 0.93};
-    const Histogram left = count_values(spread, 4, Range{0, 1}), right = count_values(together, 4, Range{0, 1});
+    const HistogramData left = count_values(spread, 4, Range{0, 1}), right = count_values(together, 4, Range{0, 1});
     const HistogramStyle style{.width = 800, .height = 500, .bar = hex(0x00a000)};
     const Image image = draw_histograms(left, style, right, style);
     // Four bars of a quarter, one bar of the whole: the same area.

@@ -32,7 +32,7 @@ HtmlReport full_report(const std::string& text) {
     report.table({text, "b"}, {{text, text}, {text}}, text);
     report.checks(std::vector<HtmlReport::Check>{{text, text, text, true, 0.5}, {text, text, text, false, 7.0}, {text, text}}, text);
     report.section(text);
-    const Histogram histogram = count_values(std::vector<double>{1, 2, 2, 3}, 3);
+    const HistogramData histogram = count_values(std::vector<double>{1, 2, 2, 3}, 3);
     report.histogram(histogram, {.title = text, .x_label = text});
     report.histograms(histogram, {.title = text}, histogram, {.title = text});
     report.picture(text, Image(2, 2));

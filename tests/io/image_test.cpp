@@ -7,7 +7,8 @@
 #include <fstream>
 #include <random>
 #include <sstream>
-#include <system_error>
+
+#include "gradus/io/error.hpp"
 
 using namespace gradus;
 
@@ -52,7 +53,7 @@ TEST_CASE("write_png replaces a file as a whole and leaves nothing beside it", "
     bytes << file.rdbuf();
     CHECK(bytes.str() == encode_png(image));
     CHECK(std::distance(std::filesystem::directory_iterator(folder), {}) == 1);
-    CHECK_THROWS_AS(write_png(folder / "missing" / "a.png", image), std::system_error);
+    CHECK_THROWS_AS(write_png(folder / "missing" / "a.png", image), IoError);
     std::filesystem::remove_all(folder);
 }
 

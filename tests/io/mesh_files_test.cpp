@@ -6,6 +6,7 @@
 
 #include "gradus/io/error.hpp"
 #include "gradus/io/input_file.hpp"
+#include "gradus/io/output_file.hpp"
 #include "gradus/mesh/diagnose.hpp"
 #include "support/files.hpp"
 #include "support/soups.hpp"
@@ -320,6 +321,8 @@ constexpr Malformed kMalformed[] = {
     {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nRidges\n1\n1\n", 13, "edge 1; there are 0"},
     {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nCorners\n1\n4\n", 13, "vertex 4"},
     {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nVerticesOnGeometricTriangles\n1\n1 1 nan 0 0\n", 13, "not finite"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nEnd\n# VerticesOnGeometricTriangles\n# 1\n# 4 1 0 0 0\n", 14, "vertex 4"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nEnd\n# VerticesOnGeometricTriangles\n# 2\n# 3 1 0 0 0\n", 14, "end of the file"},
     {"a.mesh", kMesh, kMesh, 11, "second Vertices"},
     {"a.mesh", "", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 nan 0 0\n", 5, "not finite"},
     {"a.mesh", "", "MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 1e400 0 0\n", 5, "beyond double"},
@@ -419,6 +422,28 @@ TEST_CASE("missing files and folders are refused", "[io]") {
     CHECK_THROWS_AS(read_mesh(folder / "b.mesh"), IoError);
     CHECK_THROWS_AS(read_sizes(folder / "b.sol", 1), IoError);
     CHECK_THROWS_AS(read_mesh(folder / "none"), IoError);
+}
+
+TEST_CASE("parameters are read as a Medit section and as comments behind its end", "[io]") {
+    const TemporaryFolder folder;
+    const std::string mesh = std::string(kMesh) + "Triangles\n1\n1 2 3 0\n";
+    const auto read = [&](const std::string& rest) {
+        write_file(folder / "a.mesh", mesh + rest);
+        return read_mesh(folder / "a.mesh").parameters;
+    };
+    for (const char* rest : {"VerticesOnGeometricTriangles\n1\n3 2 .5 .25 7\nEnd\n", "End\n\n# VerticesOnGeometricTriangles\n# 1\n# 3 2 .5 .25 7\n",
+                             "End\n#VerticesOnGeometricTriangles 1\r\n#3 2 .5\n# .25 7", "End\nVerticesOnGeometricTriangles\n1\n3 2 .5 .25 7\nEnd\n"}) {
+        INFO(rest);
+        const auto parameters = read(rest);
+        REQUIRE(parameters.size() == 1);
+        CHECK(parameters[0].vertex == 2);
+        CHECK(parameters[0].at.patch == 1);
+        CHECK(parameters[0].at.uv == Eigen::Vector2d(.5, .25));
+    }
+    for (const char* rest : {"End\n# made by hand\n", "End\nVertices\n1\n", "End\n# 3 4\n", "# VerticesOnGeometricTriangles\n# 1\nEnd\n"}) {
+        INFO(rest);
+        CHECK(read(rest).empty());
+    }
 }
 
 TEST_CASE("damaged files are refused or give a soup that can be diagnosed", "[io][property]") {

@@ -56,6 +56,7 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) soup.labels.push_back(static_cast<int>(t % 3));
     soup.edges = {{0, 1}, {1, 2}};
     soup.corners = {0, 7};
+    soup.parameters = {{0, {0, {0, 0}}}, {7, {0, {1, 0}}}, {7, {1, {0, 0.1}}}};
     for (const char* name : {"ours.mesh", "ours.meshb", "ours.obj", "ours.off", "ours.ply", "ours.stl"}) write_mesh(folder / name, soup);
     write_mesh(folder / "ours.text.ply", soup, {.ascii = true});
     write_mesh(folder / "ours.text.stl", soup, {.ascii = true});

@@ -36,7 +36,7 @@ double darkness(const Image& image) {
 struct Mesh {
     Points points;
     Triangles triangles;
-    MeshView view() const { return {.points = points, .triangles = triangles}; }
+    DrawnMesh view() const { return {.points = points, .triangles = triangles}; }
 };
 
 /// A height field over [0, 1]^2 with n x n cells and jittered inner points.
@@ -92,7 +92,7 @@ TEST_CASE("half a square covers half the picture", "[io][exact]") {
 }
 
 TEST_CASE("a sphere covers a disc", "[io][converges]") {
-    const Projection projection = GENERATE(Projection::Orthographic, Projection::Perspective);
+    const CameraProjection projection = GENERATE(CameraProjection::Orthographic, CameraProjection::Perspective);
     Camera camera = from_above;
     camera.projection = projection;
     const Mesh mesh = sphere(100);
@@ -157,7 +157,7 @@ TEST_CASE("shown edges are named by their first corner, seen from either side", 
     options.edge = black, options.edge_width = 6;
     Camera camera = from_above;
     if (from_below) camera.direction = {0, 0, -1};
-    const MeshView view{.points = square.points, .triangles = one, .shown_edges = shown};
+    const DrawnMesh view{.points = square.points, .triangles = one, .shown_edges = shown};
     const Image image = render(view, camera, options);
     for (int k = 0; k < 3; ++k) {
         const Eigen::Vector3d middle = (square.points[one[0][k]] + square.points[one[0][(k + 1) % 3]]) / 2;
@@ -181,11 +181,11 @@ TEST_CASE("the picture does not depend on the number of threads", "[io][property
     const Mesh mesh = sphere(60);
     std::vector<double> values;
     for (const Eigen::Vector3d& p : mesh.points) values.push_back(2 + p.z());
-    MeshView view = mesh.view();
+    DrawnMesh view = mesh.view();
     view.field = ScalarField{.values = values, .scale = Scale::Logarithmic, .title = "h"};
     const auto draw = [&](std::size_t threads) {
         const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
-        return encode_png(render(view, {.projection = Projection::Perspective}, {.width = 300, .height = 200}));
+        return encode_png(render(view, {.projection = CameraProjection::Perspective}, {.width = 300, .height = 200}));
     };
     const std::string one = draw(1);
     CHECK(draw(2) == one);
@@ -197,9 +197,9 @@ TEST_CASE("a field shows the colour of its value where pixel_of says", "[io][exa
     const ColourMap map = GENERATE(ColourMap::Sequential, ColourMap::Diverging);
     std::vector<double> values;
     for (const Eigen::Vector3d& p : square.points) values.push_back(3 + p.y());
-    const Camera camera{.direction = {0.2, -1, 0.5}, .projection = Projection::Perspective, .view_angle = 60};
+    const Camera camera{.direction = {0.2, -1, 0.5}, .projection = CameraProjection::Perspective, .view_angle = 60};
     RenderOptions options = silhouette(900, 720);
-    MeshView view = square.view();
+    DrawnMesh view = square.view();
     view.field = ScalarField{.values = values, .map = map, .title = "value"};
     const Image image = render(view, camera, options);
     for (const double y : {0.1, 0.3, 0.5, 0.7, 0.9}) {
@@ -211,7 +211,7 @@ TEST_CASE("a field shows the colour of its value where pixel_of says", "[io][exa
 
 TEST_CASE("triangles have one colour each, grey without a value", "[io]") {
     const std::vector<double> values{2, std::numeric_limits<double>::quiet_NaN()};
-    MeshView view = square.view();
+    DrawnMesh view = square.view();
     view.field = ScalarField{.values = values, .on = ScalarField::On::Triangles, .range = Range{0, 2}};
     RenderOptions options = silhouette(90, 90);
     options.legend = false;
@@ -237,7 +237,7 @@ TEST_CASE("light falls on the surface, not on its orientation", "[io]") {
 
 TEST_CASE("the target is in the middle and up is up", "[io][exact]") {
     const Mesh mesh = sphere(20);
-    const Projection projection = GENERATE(Projection::Orthographic, Projection::Perspective);
+    const CameraProjection projection = GENERATE(CameraProjection::Orthographic, CameraProjection::Perspective);
     const Camera camera{.direction = {1, 2, 0.5}, .projection = projection, .target = Eigen::Vector3d(0.3, -0.2, 0.4), .width = 0.1};
     const RenderOptions options{.width = 400, .height = 300};
     CHECK((pixel_of(*camera.target, mesh.view(), camera, options) - Eigen::Vector2d(200, 150)).norm() < 1e-9);
@@ -256,13 +256,13 @@ TEST_CASE("a picture of nothing is its background", "[io]") {
 }
 
 TEST_CASE("render refuses what it cannot draw", "[io]") {
-    const auto refused = [](const MeshView& view, const Camera& camera = {}, const RenderOptions& options = {}) {
+    const auto refused = [](const DrawnMesh& view, const Camera& camera = {}, const RenderOptions& options = {}) {
         CHECK_THROWS_AS(render(view, camera, options), std::invalid_argument);
     };
     const Triangles bad{{0, 1, 4}};
     refused({.points = square.points, .triangles = bad});
     const std::vector<double> three{1, 2, 3};
-    MeshView view = square.view();
+    DrawnMesh view = square.view();
     view.field = ScalarField{.values = three};
     refused(view);
     Mesh infinite = square;

@@ -88,7 +88,7 @@ TEST_CASE("metric lengths do not depend on place, unit or labels", "[quality][pr
     CHECK(a.length.p01 == Approx(b.length.p01));
 }
 
-TEST_CASE("sizes must be positive and as many as vertices; infinite ones have no length", "[quality]") {
+TEST_CASE("sizes must be positive and as many as vertices, and infinite ones have no length", "[quality]") {
     const Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
     const MeshEdges edges = edges_of(mesh.view());
     const double infinity = std::numeric_limits<double>::infinity();

@@ -28,7 +28,7 @@ struct SizingRule {
         Eigen::Vector3d point;
         double size;
     };
-    std::vector<At> at;
+    std::vector<At> at = {};
 };
 
 /// @throws std::invalid_argument naming the value that is out of range

@@ -21,9 +21,9 @@ struct GradationOptions {
     GradationMethod method = GradationMethod::Full;
     /// Largest H-shock beta > 1. It is the growth rate between successive elements: elements of a unit mesh have the
     /// metric length 1, and the H-shock is the ratio of sizes over that length. So a growth rate G is a shock of G.
-    std::optional<double> shock;
-    std::optional<double> variation;  ///< largest H-variation > 0; both bounds hold where both are given
-    std::vector<int> required;        ///< vertices whose size may not be lowered (not for Paper)
+    std::optional<double> shock = {};
+    std::optional<double> variation = {};  ///< largest H-variation > 0; both bounds hold where both are given
+    std::vector<int> required = {};        ///< vertices whose size may not be lowered (not for Paper)
 };
 
 struct GradationResult {

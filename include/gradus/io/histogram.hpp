@@ -13,7 +13,7 @@
 namespace gradus {
 
 /// Values counted in bins of equal width on a scale; the last bin holds its upper end.
-struct Histogram {
+struct HistogramData {
     Range range;
     Scale scale = Scale::Linear;
     std::vector<std::size_t> counts;
@@ -27,7 +27,7 @@ struct Histogram {
 
 /// @param range  default: that of the values
 /// @throws std::invalid_argument if bins < 1, or the range is not increasing, or not positive on a logarithmic scale
-Histogram count_values(std::span<const double> values, int bins = 40, std::optional<Range> range = {}, Scale scale = Scale::Linear);
+HistogramData count_values(std::span<const double> values, int bins = 40, std::optional<Range> range = {}, Scale scale = Scale::Linear);
 
 struct HistogramStyle {
     std::string title = {}, x_label = {};
@@ -38,14 +38,14 @@ struct HistogramStyle {
 };
 
 /// Gives two styles the same vertical axis, high enough for the tallest bar of both, unless the left one has its own.
-void share_axis(const Histogram& left, HistogramStyle& left_style, const Histogram& right, HistogramStyle& right_style);
+void share_axis(const HistogramData& left, HistogramStyle& left_style, const HistogramData& right, HistogramStyle& right_style);
 
-Image draw_histogram(const Histogram& histogram, const HistogramStyle& style = {});
+Image draw_histogram(const HistogramData& histogram, const HistogramStyle& style = {});
 
 /// Two histograms side by side with the same axes. They should have the same range and bins.
-Image draw_histograms(const Histogram& left, HistogramStyle left_style, const Histogram& right, HistogramStyle right_style);
+Image draw_histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right, HistogramStyle right_style);
 
 /// The same as an <svg> element for a web page; text takes the colour of the page.
-std::string histogram_svg(const Histogram& histogram, const HistogramStyle& style = {});
+std::string histogram_svg(const HistogramData& histogram, const HistogramStyle& style = {});
 
 }  // namespace gradus

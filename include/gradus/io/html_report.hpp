@@ -39,9 +39,9 @@ class HtmlReport {
     };
     void stages(std::span<const Stage> stages);
 
-    void histogram(const Histogram& histogram, const HistogramStyle& style = {});
+    void histogram(const HistogramData& histogram, const HistogramStyle& style = {});
     /// Side by side with the same vertical axis, like draw_histograms.
-    void histograms(const Histogram& left, HistogramStyle left_style, const Histogram& right, HistogramStyle right_style);
+    void histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right, HistogramStyle right_style);
 
     void picture(const std::string& caption, const Image& image);
     /// With a PNG file that is encoded already.

@@ -42,8 +42,8 @@ struct Image {
 /// @throws std::invalid_argument if the image is empty, std::runtime_error if the encoder fails
 std::string encode_png(const Image& image);
 
-/// Writes a PNG file: a temporary file beside it, renamed when complete, so that a reader never sees half a picture.
-/// @throws std::system_error naming the path
+/// Writes a PNG file as a whole, see write_file.
+/// @throws IoError if the file cannot be written
 void write_png(const std::filesystem::path& path, const Image& image);
 
 }  // namespace gradus

@@ -15,7 +15,9 @@
 /// Medit: the reference of a triangle is its label (all zero: no labels). Every entry of `Edges` is a feature edge, written
 /// as a ridge too; `Ridges` and `RequiredEdges` number entries of `Edges` and are only checked. `Corners` are corners.
 /// `VerticesOnGeometricTriangles` holds TriangleSoup::parameters, an entry per vertex and patch: vertex, patch (from 1 in the
-/// file), u, v, distance (written as 0, not read). Planar files (Dimension 2) get z = 0. Other sections are passed over.
+/// file), u, v, distance (written as 0, not read). Text files are written with that section as comments behind `End`, each line
+/// with a leading `#`, as readers elsewhere stop at a keyword that they do not know; it is read there and as a section.
+/// Planar files (Dimension 2) get z = 0. Other sections are passed over.
 #pragma once
 
 #include <span>

@@ -14,13 +14,13 @@
 
 namespace gradus {
 
-enum class Projection { Orthographic, Perspective };
+enum class CameraProjection { Orthographic, Perspective };
 
 /// Where the picture is taken from. By default the whole mesh is in it.
 struct Camera {
     Eigen::Vector3d direction{0.5, -0.8, 0.35};  ///< from the mesh towards the eye, any length
     Eigen::Vector3d up{0, 0, 1};                 ///< upright in the picture; another axis is taken if parallel to `direction`
-    Projection projection = Projection::Orthographic;
+    CameraProjection projection = CameraProjection::Orthographic;
     double view_angle = 20;                      ///< perspective only: angle in degrees, in (0, 120), at which the eye sees the whole mesh
     std::optional<Eigen::Vector3d> target = {};  ///< point in the middle of the picture; default: middle of the mesh as projected
     std::optional<double> width = {};            ///< length at the target that spans the picture, > 0; default: the mesh fits
@@ -39,7 +39,7 @@ struct ScalarField {
 };
 
 /// What is drawn; the spans must outlive the call.
-struct MeshView {
+struct DrawnMesh {
     std::span<const Eigen::Vector3d> points;
     std::span<const Triangle> triangles;
     std::optional<ScalarField> field = {};
@@ -74,9 +74,9 @@ struct RenderOptions {
 /// Draws a mesh.
 /// @throws std::invalid_argument for a bad index, a field or edge mask of the wrong length, a point that is not finite, or an option out of
 /// range
-Image render(const MeshView& mesh, const Camera& camera = {}, const RenderOptions& options = {});
+Image render(const DrawnMesh& mesh, const Camera& camera = {}, const RenderOptions& options = {});
 
 /// Where a point of space falls in the picture `render` would draw: pixels from the left and the top. For labels and arrows.
-Eigen::Vector2d pixel_of(const Eigen::Vector3d& point, const MeshView& mesh, const Camera& camera = {}, const RenderOptions& options = {});
+Eigen::Vector2d pixel_of(const Eigen::Vector3d& point, const DrawnMesh& mesh, const Camera& camera = {}, const RenderOptions& options = {});
 
 }  // namespace gradus

@@ -15,17 +15,17 @@ struct SurfacePoint {
 struct TriangleSoup {
     std::vector<Eigen::Vector3d> points;
     std::vector<Triangle> triangles;
-    std::vector<int> labels;  ///< one per triangle (Medit reference, patch), or empty
+    std::vector<int> labels = {};  ///< one per triangle (Medit reference, patch), or empty
 
     /// Parameters of a vertex on a patch; a vertex on a shared curve has one entry per patch. May be empty.
     struct Parameters {
         int vertex;
         SurfacePoint at;
     };
-    std::vector<Parameters> parameters;
+    std::vector<Parameters> parameters = {};
 
-    std::vector<std::array<int, 2>> edges;  ///< feature edges, or empty
-    std::vector<int> corners;               ///< vertices that are feature corners, or empty
+    std::vector<std::array<int, 2>> edges = {};  ///< feature edges, or empty
+    std::vector<int> corners = {};               ///< vertices that are feature corners, or empty
 };
 
 }  // namespace gradus

@@ -14,7 +14,7 @@ namespace gradus {
 
 struct AdaptOptions {
     SizingRule rule;
-    std::optional<GradationOptions> gradation;  ///< none: sizes as they come from curvature
+    std::optional<GradationOptions> gradation = {};  ///< none: sizes as they come from curvature
     BackgroundOptions background;               ///< of the first iteration
     RemeshOptions remesh;
     int max_iterations = 10;
