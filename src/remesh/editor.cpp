@@ -38,15 +38,16 @@ void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen
     constexpr double c = 1 / (2 * 1.7320508075688772);
     const double i = 1 / twice_area, shape = c * S * i;
     const double k = (2 / 1.7320508075688772) / (x.g * a.g * b.g), m = k * twice_area;
-    double value = shape + kSizeWeight / 2 * (m + 1 / m - 2);
+    const SizeTerm size = size_term(m);
+    double value = shape + kSizeWeight * size.value;
     const auto turn = [&](const Vertex& w) { return w.crease ? twice_area : n.dot(w.n); };
     const double cosine = std::min({turn(x), turn(a), turn(b)}) * i;
     if (cosine < kFoldCosine) {
         value += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
         sum.folded = true;
     }
-    const double d1 = -shape * i + kSizeWeight / 2 * (k - i / m);          // by twice the area
-    const double d2 = 2 * shape * i * i + kSizeWeight * i * i / m;
+    const double d1 = -shape * i + kSizeWeight * k * size.slope;  // by twice the area
+    const double d2 = 2 * shape * i * i + kSizeWeight * k * k * size.curvature;
     const double gx = c * i * Sx + d1 * Ax, gy = c * i * Sy + d1 * Ay;
     const double cross = -c * i * i;
     double hxx = 4 * c * i + 2 * cross * Sx * Ax + d2 * Ax * Ax;
