@@ -13,6 +13,8 @@ namespace {
 
 constexpr int kMostSpokes = 40;      // vertices of higher valence are left to flips first
 constexpr double kStillMoves = 2e-3; // moves below this fraction of the size are not worth making
+constexpr double kHopefulRise = 1.6;  // of the energy by a flip, before anything moves, up to which it may turn out well
+constexpr int kPairRounds = 4;
 constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one
 
 Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
@@ -238,6 +240,11 @@ std::pair<double, double> Editor::flip_energies(int h) const {
     return {triangle_energy(v, w, c) + triangle_energy(w, v, d), triangle_energy(v, d, c) + triangle_energy(d, w, c)};
 }
 
+double Editor::flip_rise(int h) const {
+    const auto [before, after] = flip_energies(h);
+    return after - before;
+}
+
 bool Editor::flip(int h) {
     const int g = mesh_.twin(h);
     const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
@@ -443,23 +450,26 @@ bool Editor::attempt_pair(Operation first, int h, double mean) {
                 candidates.push_back(Connectivity::next(e));
             });
     for (const int e : candidates)
-        for (const Operation second : {Operation::Flip, Operation::Collapse, Operation::Split}) {
-            const double l = length(e);
-            const bool possible = second == Operation::Flip ? can_flip(e) : second == Operation::Collapse ? l < 1 && can_collapse(e) : l > 1;
-            if (!possible) continue;
+        for (const Operation second : {Operation::Flip, Operation::Collapse}) {
+            // Two that undo each other, or that worsen valences, are not worth the try.
+            const bool hopeful = second == Operation::Flip ? can_flip(e) && flip_gain(e) >= 0 && flip_rise(e) < kHopefulRise
+                                                           : length(e) < 1 && collapse_gain(e) >= 0 && can_collapse(e);
+            if (!hopeful) continue;
             bool done = begin(two, second, e);
             if (done) {
-                const std::size_t before = region.size();
-                if (second == Operation::Split) region.push_back(two.around.front());
                 std::vector<int> around = two.around;
-                for (const int v : one.around)
+                for (const int v : inner)
                     if (std::find(around.begin(), around.end(), v) == around.end()) around.push_back(v);
-                const auto inside = [&](int v) { return std::find(region.begin(), region.end(), v) != region.end(); };
-                for (int round = 0; round < 3; ++round)
+                std::erase_if(around, [&](int v) { return std::find(region.begin(), region.end(), v) == region.end(); });
+                double last = std::numeric_limits<double>::infinity();
+                for (int round = 0; round < kPairRounds; ++round) {
                     for (const int v : around)
-                        if (mesh_.is_live_vertex(v) && inside(v)) relax(v, Aim::Worst);
-                done = energy_around(region, Aim::Worst, mean) < enough;
-                region.resize(before);
+                        if (mesh_.is_live_vertex(v)) relax(v, Aim::Worst);
+                    const double after = energy_around(region, Aim::Worst, mean);
+                    done = after < enough;
+                    if (after > enough && after - enough > 2 * (kPairRounds - round) * (last - after)) break;
+                    last = after;
+                }
                 if (done) {
                     two.around = around;
                     keep(two);
