@@ -107,8 +107,6 @@ std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vec
 
 }  // namespace
 
-std::vector<double> shocks_of(const SurfaceMesh& mesh) { return vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes); }
-
 std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
     const double extent = extent_of(mesh);
     const std::vector<Eigen::Vector3d> normals = normals_of(mesh);
@@ -142,29 +140,28 @@ std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
     return cameras;
 }
 
-Image draw(const SurfaceMesh& mesh, const Camera& camera, Show show, const std::optional<Range>& range) {
-    DrawnMesh drawn{.points = mesh.points, .triangles = mesh.triangles, .features = mesh.features};
+Image draw(const SurfaceMesh& mesh, const Camera& camera) {
+    return render({.points = mesh.points, .triangles = mesh.triangles, .features = mesh.features}, camera);
+}
+
+Image draw(const SizedTriangles& map, Quantity quantity, const std::optional<Range>& range) {
     std::vector<double> shocks;
-    RenderOptions options;
-    if (show == Show::Edges) return render(drawn, camera, options);
-    options.edge_width = 0;
-    if (show == Show::Size) {
-        drawn.field = ScalarField{.values = mesh.sizes, .scale = Scale::Logarithmic, .range = range, .title = "size"};
-    } else {
-        shocks = shocks_of(mesh);
-        drawn.field = ScalarField{.values = shocks, .scale = Scale::Logarithmic, .range = range, .title = "H-shock"};
-    }
-    return render(drawn, camera, options);
+    if (quantity == Quantity::Shock) shocks = vertex_shocks(make_mesh(map.points, map.triangles), map.sizes);
+    const ScalarField field{.values = quantity == Quantity::Size ? map.sizes : shocks,
+                            .scale = Scale::Logarithmic,
+                            .range = range,
+                            .title = quantity == Quantity::Size ? "size" : "H-shock"};
+    return render({.points = map.points, .triangles = map.triangles, .field = field}, {}, {.edge_width = 0});
 }
 
 std::vector<Picture> pictures_of(const SurfaceMesh& mesh) {
     std::vector<Picture> pictures;
-    pictures.push_back({"mesh", fmt::format("{} triangles", mesh.triangles.size()), draw(mesh, {}, Show::Edges)});
-    pictures.push_back({"size", "sizes asked for", draw(mesh, {}, Show::Size)});
+    pictures.push_back({"mesh", fmt::format("{} triangles", mesh.triangles.size()), draw(mesh)});
+    pictures.push_back({"size", "sizes asked for", draw(SizedTriangles{mesh.points, mesh.triangles, mesh.sizes}, Quantity::Size)});
     int number = 0;
     for (const Camera& camera : enlargements(mesh, 2)) {
         const std::string index = std::to_string(++number);
-        pictures.push_back({"enlargement-" + index, "where sizes change most, " + index, draw(mesh, camera, Show::Edges)});
+        pictures.push_back({"enlargement-" + index, "where sizes change most, " + index, draw(mesh, camera)});
     }
     return pictures;
 }

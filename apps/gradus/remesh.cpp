@@ -70,9 +70,9 @@ Map make_map(const Options& options, const PatchModel& model, const std::optiona
     Map map;
     if (options.sizes.empty()) {
         map.rule = rule_of(options.sizing, limits_for(model.diagonal()));
-        map.sized = background_for(model, *map.rule, options.max_triangles, stages);
+        map.sized = background_for(model, *map.rule, stages);
         if (!gradation) return map;
-        GradedMap graded = grade_refining(model, *map.rule, *gradation, options.max_triangles, map.sized, stages);
+        GradedMap graded = grade_refining(model, *map.rule, *gradation, map.sized, stages);
         map.sized.sizes = std::move(graded.sizes);
         map.gradation = std::move(graded.result);
         return map;

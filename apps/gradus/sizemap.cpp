@@ -41,7 +41,7 @@ int run_sizemap(const Options& options) {
     const PatchModel model = stages.run("reading", [&] { return load_model(options.in); });
     const SizingRule rule = rule_of(options.sizing, limits_for(model.diagonal()));
     const SizedBackground sized =
-        given ? on_given_background(model, rule, mesh_path, stages) : background_for(model, rule, options.max_triangles, stages);
+        given ? on_given_background(model, rule, mesh_path, stages) : background_for(model, rule, stages, options.max_triangles);
     const auto [smallest, largest] = std::minmax_element(sized.sizes.begin(), sized.sizes.end());
     const double predicted = ControlSpace(sized.background, sized.sizes).predicted_triangles();
     const GradationReport measures = stages.run("measures", [&] { return measure_gradation(sized.background.mesh, sized.sizes); });
