@@ -44,6 +44,24 @@ bool corners_from_table(const ParameterTable& table, const Triangle& triangle, i
     return least < std::numeric_limits<double>::infinity();
 }
 
+struct Feet {
+    Corners uv;
+    std::array<double, 3> distance;
+    double largest() const { return std::max({distance[0], distance[1], distance[2]}); }
+};
+
+// Feet of the corners of a triangle on a patch, all by descent from the foot of one point, so that they lie together.
+Feet descend(const ParametricSurface& patch, const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& from) {
+    const Eigen::Vector2d start = project(patch, from).uv;
+    Feet feet;
+    for (int k = 0; k < 3; ++k) {
+        const PatchProjection foot = project(patch, corners[k], start);
+        feet.uv[k] = foot.uv;
+        feet.distance[k] = foot.distance;
+    }
+    return feet;
+}
+
 int nearest_patch(const PatchModel& model, const Eigen::Vector3d& p) {
     int best = 0;
     double least = std::numeric_limits<double>::infinity();
@@ -68,14 +86,18 @@ Background background_from_soup(const PatchModel& model, const TriangleSoup& sou
         if (patch < 0 || patch >= model.num_patches()) patch = nearest_patch(model, centre);
         Corners corners;
         if (!corners_from_table(table, triangle, patch, corners)) {
-            const Eigen::Vector2d start = project(model.patch(patch), centre).uv;
-            for (int k = 0; k < 3; ++k) {
-                const PatchProjection foot = project(model.patch(patch), soup.points[triangle[k]], start);
-                if (foot.distance > kOnSurface * model.diagonal())
-                    throw std::invalid_argument("background: vertex " + std::to_string(triangle[k] + 1) + " is off patch " + std::to_string(patch + 1) + " by " +
-                                                std::to_string(foot.distance));
-                corners[k] = foot.uv;
+            const std::array<Eigen::Vector3d, 3> points{soup.points[triangle[0]], soup.points[triangle[1]], soup.points[triangle[2]]};
+            // Around a pole the way from the middle to a corner may be barred by the seam: then come from a corner.
+            Feet feet = descend(model.patch(patch), points, centre);
+            for (int k = 0; k < 3 && feet.largest() > kOnSurface * model.diagonal(); ++k) {
+                const Feet other = descend(model.patch(patch), points, points[k]);
+                if (other.largest() < feet.largest()) feet = other;
             }
+            for (int k = 0; k < 3; ++k)
+                if (feet.distance[k] > kOnSurface * model.diagonal())
+                    throw std::invalid_argument("background: vertex " + std::to_string(triangle[k] + 1) + " is off patch " + std::to_string(patch + 1) + " by " +
+                                                std::to_string(feet.distance[k]));
+            corners = feet.uv;
         }
         background.patch.push_back(patch);
         background.uv.push_back(corners);

@@ -14,6 +14,7 @@ namespace gradus {
 
 namespace {
 
+constexpr int kMostPieces = 20000;      // of a curve to begin with: patches up to 40 000 times as long as wide
 constexpr double kLeastAspect = 0.15;  // height over longest edge below which a triangle is a needle worth cutting
 
 // Fixed and free parameter of a side, and its extent.
@@ -57,6 +58,58 @@ double size_at(const PatchModel& model, const SizingRule& rule, const SurfacePoi
             h = std::min(h, size_from_radius(rule, curve_radius(model, at, frame.along)));
     }
     return h;
+}
+
+// Largest length of three parameter lines of a patch in direction `along`.
+double extent_of(const ParametricSurface& patch, int along) {
+    constexpr int kSteps = 16;
+    const Domain d = patch.domain();
+    double longest = 0;
+    for (const double across : {0.0, 0.5, 1.0}) {
+        double length = 0;
+        Eigen::Vector3d last;
+        for (int i = 0; i <= kSteps; ++i) {
+            Eigen::Vector2d s;
+            s[along] = static_cast<double>(i) / kSteps;
+            s[1 - along] = across;
+            const Eigen::Vector3d p = patch.position(d.min + s.cwiseProduct(d.max - d.min));
+            if (i > 0) length += (p - last).norm();
+            last = p;
+        }
+        longest = std::max(longest, length);
+    }
+    return longest;
+}
+
+// How many pieces each curve starts with. Opposite sides of a patch have the same number, so the classes of curves that are
+// opposite to each other share the largest number any patch asks for. Squares are at most kLongSquare times as long as wide:
+// bisection of longest edges keeps the shape of a needle.
+std::vector<int> pieces_per_curve(const PatchModel& model, int cells) {
+    constexpr double kLongSquare = 4;
+    const int curves = static_cast<int>(model.curves().size());
+    std::vector<int> parent(curves), pieces(curves, 3);  // three, for sides that close on themselves
+    for (int c = 0; c < curves; ++c) parent[c] = c;
+    const auto root = [&](int c) {
+        while (parent[c] != c) c = parent[c] = parent[parent[c]];
+        return c;
+    };
+    const auto curve = [&](int p, Side side) { return model.side_curve(p, side).curve; };
+    for (int p = 0; p < model.num_patches(); ++p) {
+        parent[root(curve(p, Side::Bottom))] = root(curve(p, Side::Top));
+        parent[root(curve(p, Side::Left))] = root(curve(p, Side::Right));
+    }
+    for (int p = 0; p < model.num_patches(); ++p) {
+        const double ratio = extent_of(model.patch(p), 0) / extent_of(model.patch(p), 1);
+        const double slender = std::max(1.0, std::max(ratio, 1 / ratio) / kLongSquare);
+        const int few = std::max(3, static_cast<int>(std::lround(cells / slender)));
+        const int many = std::clamp(static_cast<int>(std::lround(few * slender)), cells, kMostPieces);
+        int& along = pieces[root(curve(p, Side::Bottom))];
+        along = std::max(along, ratio >= 1 ? many : few);
+        int& across = pieces[root(curve(p, Side::Left))];
+        across = std::max(across, ratio >= 1 ? few : many);
+    }
+    for (int c = 0; c < curves; ++c) pieces[c] = pieces[root(c)];
+    return pieces;
 }
 
 // A mesh of the patches under refinement. Half-edges on model curves carry the curve as tag.
@@ -104,30 +157,31 @@ class Builder {
 
 void Builder::start_from_grid(int cells) {
     std::vector<Triangle> triangles;
-    const int n = cells;
-    // Vertices: model vertices, then n - 1 on each curve, then the inside of each patch.
-    const int first_on_curves = static_cast<int>(model_.vertices().size());
+    const std::vector<int> pieces = pieces_per_curve(model_, cells);
+    // Vertices: model vertices, then the inside of each curve, then that of each patch.
+    std::vector<int> first_on_curve;
     for (const ModelVertex& v : model_.vertices()) points_.push_back(v.point);
-    for (int c = 0; c < static_cast<int>(model_.curves().size()); ++c)
-        for (int i = 1; i < n; ++i) {
-            points_.push_back(model_.position(model_.on_curve(c, 0, static_cast<double>(i) / n)));
-        }
-    const auto curve_vertex = [&](int c, int i) { return first_on_curves + c * (n - 1) + i - 1; };
+    for (int c = 0; c < static_cast<int>(model_.curves().size()); ++c) {
+        first_on_curve.push_back(static_cast<int>(points_.size()));
+        for (int i = 1; i < pieces[c]; ++i) points_.push_back(model_.position(model_.on_curve(c, 0, static_cast<double>(i) / pieces[c])));
+    }
+    const auto curve_vertex = [&](int c, int i) { return first_on_curve[c] + i - 1; };
     for (int p = 0; p < model_.num_patches(); ++p) {
         const Domain domain = model_.patch(p).domain();
+        const int n = pieces[model_.side_curve(p, Side::Bottom).curve], m = pieces[model_.side_curve(p, Side::Left).curve];
         const auto uniform = [&](int i, int j) {
             // The ends are the domain's own numbers, so that a side is recognised exactly.
-            const Eigen::Vector2d s{static_cast<double>(i) / n, static_cast<double>(j) / n};
+            const Eigen::Vector2d s{static_cast<double>(i) / n, static_cast<double>(j) / m};
             return Eigen::Vector2d(i == n ? domain.max.x() : domain.min.x() + s.x() * (domain.max.x() - domain.min.x()),
-                                   j == n ? domain.max.y() : domain.min.y() + s.y() * (domain.max.y() - domain.min.y()));
+                                   j == m ? domain.max.y() : domain.min.y() + s.y() * (domain.max.y() - domain.min.y()));
         };
-        std::vector<int> id((n + 1) * (n + 1));
-        std::vector<Eigen::Vector2d> uv((n + 1) * (n + 1));
-        const int corner[4] = {0, n, n * (n + 1) + n, n * (n + 1)};
-        for (int j = 0; j <= n; ++j)
+        std::vector<int> id((n + 1) * (m + 1));
+        std::vector<Eigen::Vector2d> uv((n + 1) * (m + 1));
+        const int corner[4] = {0, n, m * (n + 1) + n, m * (n + 1)};
+        for (int j = 0; j <= m; ++j)
             for (int i = 0; i <= n; ++i) uv[j * (n + 1) + i] = uniform(i, j);
         for (int k = 0; k < 4; ++k) id[corner[k]] = model_.corner_vertex(p, k);
-        for (int j = 1; j < n; ++j)
+        for (int j = 1; j < m; ++j)
             for (int i = 1; i < n; ++i) {
                 id[j * (n + 1) + i] = static_cast<int>(points_.size());
                 points_.push_back(model_.patch(p).position(uniform(i, j)));
@@ -136,15 +190,16 @@ void Builder::start_from_grid(int cells) {
             const auto side = static_cast<Side>(s);
             const auto [c, use] = model_.side_curve(p, side);
             const ModelCurve& curve = model_.curves()[c];
-            for (int i = 1; i < n; ++i) {
-                const int at = side == Side::Bottom ? i : side == Side::Top ? n * (n + 1) + i : side == Side::Left ? i * (n + 1) : i * (n + 1) + n;
+            const int count = pieces[c];
+            for (int i = 1; i < count; ++i) {
+                const int at = side == Side::Bottom ? i : side == Side::Top ? m * (n + 1) + i : side == Side::Left ? i * (n + 1) : i * (n + 1) + n;
                 if (curve.kind == CurveKind::Pole) {
                     id[at] = curve.ends[0];
                     continue;
                 }
-                const int k = curve.uses[use].reversed ? n - i : i;
+                const int k = curve.uses[use].reversed ? count - i : i;
                 id[at] = curve_vertex(c, k);
-                uv[at] = model_.on_curve(c, use, static_cast<double>(k) / n).uv;
+                uv[at] = model_.on_curve(c, use, static_cast<double>(k) / count).uv;
             }
         }
         const auto add = [&](int a, int b, int c) {
@@ -154,12 +209,12 @@ void Builder::start_from_grid(int cells) {
             patch_.push_back(p);
             uv_.push_back({uv[a], uv[b], uv[c]});
         };
-        for (int j = 0; j < n; ++j)
+        for (int j = 0; j < m; ++j)
             for (int i = 0; i < n; ++i) {
                 const int a = j * (n + 1) + i, b = a + 1, c = a + n + 2, d = a + n + 1;
                 // The shorter diagonal; at a corner of the patch the one that ends there, as the other one joins two curves, and a
                 // second patch between the same curves would have it too.
-                const bool left = i == 0, right = i == n - 1, bottom = j == 0, top = j == n - 1;
+                const bool left = i == 0, right = i == n - 1, bottom = j == 0, top = j == m - 1;
                 const bool through_ac = (left && bottom) || (right && top), through_bd = (right && bottom) || (left && top);
                 const bool shorter = (points_[id[a]] - points_[id[c]]).squaredNorm() <= (points_[id[b]] - points_[id[d]]).squaredNorm();
                 if (through_ac || (shorter && !through_bd)) {

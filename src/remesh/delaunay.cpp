@@ -51,7 +51,7 @@ struct Node {
     int pole = -1;  ///< the collapsed side it lies on, or -1
 };
 
-double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+double cross2(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// Length of a way along which the speed changes from s to t: between the logarithmic mean (sizes that grow geometrically)
 /// and the arithmetic one (the way to a pole).
@@ -351,10 +351,10 @@ bool Generator::open_cavity(const Candidate& candidate) {
             seen_from_pole |= node.pole >= 0;
             d[k] = toward(node, candidate.p, candidate.m) - candidate.p;
         }
-        if (seen_from_pole && !(cross(d[1] - d[0], d[2] - d[0]) > 0))
+        if (seen_from_pole && !(cross2(d[1] - d[0], d[2] - d[0]) > 0))
             for (int k = 0; k < 3; ++k) d[k] = nodes_[v[k]].p - candidate.p;
         const Metric& m = candidate.m;
-        return m.squared(d[0]) * cross(d[1], d[2]) + m.squared(d[1]) * cross(d[2], d[0]) + m.squared(d[2]) * cross(d[0], d[1]) > 0;
+        return m.squared(d[0]) * cross2(d[1], d[2]) + m.squared(d[1]) * cross2(d[2], d[0]) + m.squared(d[2]) * cross2(d[0], d[1]) > 0;
     };
     return planar::grow_cavity(triangles_, point_of(), in_conflict, candidate.triangle, candidate.p, cavity_);
 }
@@ -365,7 +365,7 @@ bool Generator::open_cavity(const Candidate& candidate) {
 bool Generator::is_clear(const Candidate& candidate, double close) {
     const auto passes_near = [&](int i, int j) {
         const Vector2d a = nodes_[i].p - candidate.p, b = nodes_[j].p - candidate.p;
-        const double area = cross(a, b);
+        const double area = cross2(a, b);
         return candidate.m.determinant() * area * area < close * close * candidate.m.squared(b - a);
     };
     spokes_.clear();
@@ -559,11 +559,11 @@ bool Generator::wants_flip(int t, int k, Vote vote) const {
     if (plain == 0) return false;
     std::array<Vector2d, 4> q;
     for (int i = 0; i < 4; ++i) q[i] = pole ? toward(nodes_[v[i]], centre / plain, m) : nodes_[v[i]].p;
-    if (pole && !(cross(q[1] - q[0], q[3] - q[0]) > 0 && cross(q[3] - q[2], q[1] - q[2]) > 0))
+    if (pole && !(cross2(q[1] - q[0], q[3] - q[0]) > 0 && cross2(q[3] - q[2], q[1] - q[2]) > 0))
         for (int i = 0; i < 4; ++i) q[i] = nodes_[v[i]].p;
     const Vector2d a = q[0] - q[2], b = q[1] - q[2], c = q[3] - q[2];
     const auto in_circle = [&](const Metric& metric) {
-        const double aa = metric.squared(a) * cross(b, c), bb = metric.squared(b) * cross(c, a), cc = metric.squared(c) * cross(a, b);
+        const double aa = metric.squared(a) * cross2(b, c), bb = metric.squared(b) * cross2(c, a), cc = metric.squared(c) * cross2(a, b);
         constexpr double kRounding = 1e-12;  // a tie is left as it is, or rounding could flip for ever
         return aa + bb + cc > kRounding * (std::abs(aa) + std::abs(bb) + std::abs(cc));
     };

@@ -13,6 +13,8 @@ namespace {
 
 constexpr int kMostSpokes = 40;      // vertices of higher valence are left to flips first
 constexpr double kStillMoves = 2e-3; // moves below this fraction of the size are not worth making
+constexpr double kHopefulRise = 1.6;  // of the energy by a flip, before anything moves, up to which it may turn out well
+constexpr int kPairRounds = 4;
 constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one
 
 Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
@@ -38,15 +40,16 @@ void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen
     constexpr double c = 1 / (2 * 1.7320508075688772);
     const double i = 1 / twice_area, shape = c * S * i;
     const double k = (2 / 1.7320508075688772) / (x.g * a.g * b.g), m = k * twice_area;
-    double value = shape + kSizeWeight / 2 * (m + 1 / m - 2);
+    const SizeTerm size = size_term(m);
+    double value = shape + kSizeWeight * size.value;
     const auto turn = [&](const Vertex& w) { return w.crease ? twice_area : n.dot(w.n); };
     const double cosine = std::min({turn(x), turn(a), turn(b)}) * i;
     if (cosine < kFoldCosine) {
         value += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
         sum.folded = true;
     }
-    const double d1 = -shape * i + kSizeWeight / 2 * (k - i / m);          // by twice the area
-    const double d2 = 2 * shape * i * i + kSizeWeight * i * i / m;
+    const double d1 = -shape * i + kSizeWeight * k * size.slope;  // by twice the area
+    const double d2 = 2 * shape * i * i + kSizeWeight * k * k * size.curvature;
     const double gx = c * i * Sx + d1 * Ax, gy = c * i * Sy + d1 * Ay;
     const double cross = -c * i * i;
     double hxx = 4 * c * i + 2 * cross * Sx * Ax + d2 * Ax * Ax;
@@ -235,6 +238,11 @@ std::pair<double, double> Editor::flip_energies(int h) const {
     const int g = mesh_.twin(h);
     const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
     return {triangle_energy(v, w, c) + triangle_energy(w, v, d), triangle_energy(v, d, c) + triangle_energy(d, w, c)};
+}
+
+double Editor::flip_rise(int h) const {
+    const auto [before, after] = flip_energies(h);
+    return after - before;
 }
 
 bool Editor::flip(int h) {
@@ -442,23 +450,26 @@ bool Editor::attempt_pair(Operation first, int h, double mean) {
                 candidates.push_back(Connectivity::next(e));
             });
     for (const int e : candidates)
-        for (const Operation second : {Operation::Flip, Operation::Collapse, Operation::Split}) {
-            const double l = length(e);
-            const bool possible = second == Operation::Flip ? can_flip(e) : second == Operation::Collapse ? l < 1 && can_collapse(e) : l > 1;
-            if (!possible) continue;
+        for (const Operation second : {Operation::Flip, Operation::Collapse}) {
+            // Two that undo each other, or that worsen valences, are not worth the try.
+            const bool hopeful = second == Operation::Flip ? can_flip(e) && flip_gain(e) >= 0 && flip_rise(e) < kHopefulRise
+                                                           : length(e) < 1 && collapse_gain(e) >= 0 && can_collapse(e);
+            if (!hopeful) continue;
             bool done = begin(two, second, e);
             if (done) {
-                const std::size_t before = region.size();
-                if (second == Operation::Split) region.push_back(two.around.front());
                 std::vector<int> around = two.around;
-                for (const int v : one.around)
+                for (const int v : inner)
                     if (std::find(around.begin(), around.end(), v) == around.end()) around.push_back(v);
-                const auto inside = [&](int v) { return std::find(region.begin(), region.end(), v) != region.end(); };
-                for (int round = 0; round < 3; ++round)
+                std::erase_if(around, [&](int v) { return std::find(region.begin(), region.end(), v) == region.end(); });
+                double last = std::numeric_limits<double>::infinity();
+                for (int round = 0; round < kPairRounds; ++round) {
                     for (const int v : around)
-                        if (mesh_.is_live_vertex(v) && inside(v)) relax(v, Aim::Worst);
-                done = energy_around(region, Aim::Worst, mean) < enough;
-                region.resize(before);
+                        if (mesh_.is_live_vertex(v)) relax(v, Aim::Worst);
+                    const double after = energy_around(region, Aim::Worst, mean);
+                    done = after < enough;
+                    if (after > enough && after - enough > 2 * (kPairRounds - round) * (last - after)) break;
+                    last = after;
+                }
                 if (done) {
                     two.around = around;
                     keep(two);

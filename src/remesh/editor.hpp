@@ -32,6 +32,21 @@ inline constexpr double kSizeWeight = 0.1;
 inline constexpr double kFoldCosine = 0.56;  // triangles may turn this far (56 degrees) from the surface unpunished
 inline constexpr double kFoldWeight = 60;
 
+// The size term by m, area over the area asked for: (m + 1/m) / 2 - 1, continued by its tangent below kTiny, so that a surface
+// much smaller than its sizes is still meshed by shape.
+inline constexpr double kTiny = 1.0 / 16;
+struct SizeTerm {
+    double value, slope, curvature;
+};
+inline SizeTerm size_term(double m) {
+    if (m >= kTiny) {
+        const double i = 1 / m;
+        return {(m + i) / 2 - 1, (1 - i * i) / 2, i * i * i};
+    }
+    constexpr double value = (kTiny + 1 / kTiny) / 2 - 1, slope = (1 - 1 / (kTiny * kTiny)) / 2;
+    return {value + slope * (m - kTiny), slope, 0};
+}
+
 inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c) {
     const Eigen::Vector3d e1 = b.p - a.p, e2 = c.p - a.p;
     const Eigen::Vector3d n(e1.y() * e2.z() - e1.z() * e2.y(), e1.z() * e2.x() - e1.x() * e2.z(), e1.x() * e2.y() - e1.y() * e2.x());
@@ -39,7 +54,7 @@ inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c)
     if (!(twice_area > 0)) return 1e30;
     const double lengths = e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm();
     const double m = twice_area * (2 / 1.7320508075688772) / (a.g * b.g * c.g);
-    double energy = lengths / (2 * 1.7320508075688772 * twice_area) + kSizeWeight / 2 * (m + 1 / m - 2);
+    double energy = lengths / (2 * 1.7320508075688772 * twice_area) + kSizeWeight * size_term(m).value;
     const auto turn = [&](const Vertex& v) { return v.crease ? twice_area : n.dot(v.n); };
     const double cosine = std::min({turn(a), turn(b), turn(c)}) / twice_area;
     if (cosine < kFoldCosine) energy += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
@@ -92,6 +107,7 @@ class Editor {
 
     // Energy of the two triangles of h now, and after a flip.
     std::pair<double, double> flip_energies(int h) const;
+    double flip_rise(int h) const;
     // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less at `mean`.
     enum class Operation { Flip, Collapse, Split };
     enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too

@@ -18,7 +18,10 @@ constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 constexpr double kWorstAttemptsPerVertex = 2;   // bound on the attempts for the worst triangles
 constexpr int kWorstRounds = 12;
+constexpr double kHopefulFlip = 1;     // rise of the energy, before anything moves, up to which a flip is tried
+constexpr double kHopefulFlipWide = 1.6;  // the same where the neighbours move too
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
+constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
 constexpr double kSameQuality = 1e-4;  // a triangle that changed less is not tried again
 
 class Stopwatch {
@@ -95,8 +98,7 @@ int flip_edges(Editor& editor) {
         const int h = queue[i];
         queued[h] = 0;
         if (!editor.can_flip(h)) continue;
-        const auto [before, after] = editor.flip_energies(h);
-        if (after - before >= kValenceWorth * editor.flip_gain(h) - 1e-9 || !editor.flip(h)) continue;
+        if (editor.flip_rise(h) >= kValenceWorth * editor.flip_gain(h) - 1e-9 || !editor.flip(h)) continue;
         ++flips;
         const int g = mesh.twin(Connectivity::next(h));
         for (const int e : {h, Connectivity::prev(h), Connectivity::next(g), Connectivity::prev(g)}) {
@@ -128,6 +130,11 @@ double mean_energy(const Editor& editor) {
 }
 
 bool irregular(const Connectivity& mesh, int v) { return mesh.is_live_vertex(v) && mesh.valence(v) != (mesh.is_boundary_vertex(v) ? 4 : 6); }
+
+// Flips that worsen valences, or the energy by much before anything moves, are next to never kept.
+bool worth_a_flip(const Editor& editor, int h, double most) {
+    return editor.can_flip(h) && editor.flip_gain(h) >= 0 && editor.flip_rise(h) < most;
+}
 
 // Tries the operations around irregular vertices, and again around each that was kept.
 void attempt_for_mean(Editor& editor, OptimiseReport& report) {
@@ -164,17 +171,13 @@ void attempt_for_mean(Editor& editor, OptimiseReport& report) {
         for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
             const int h = candidates[i];
             bool kept = false;
-            if (editor.can_flip(h) && editor.flip_gain(h) >= 0) {
+            if (worth_a_flip(editor, h, kHopefulFlip)) {
                 ++report.attempts;
                 kept = editor.attempt(Editor::Operation::Flip, h, Aim::Mean, mean);
             }
-            if (!kept && i < spokes && editor.length(h) < 1 && editor.collapse_gain(h) >= 0 && editor.can_collapse(h)) {
+            if (!kept && i < spokes && editor.length(h) < 1 && editor.collapse_gain(h) > 0 && editor.can_collapse(h)) {
                 ++report.attempts;
                 kept = editor.attempt(Editor::Operation::Collapse, h, Aim::Mean, mean);
-            }
-            if (!kept && editor.length(h) > 1.1 && editor.split_gain(h) >= -2) {
-                ++report.attempts;
-                kept = editor.attempt(Editor::Operation::Split, h, Aim::Mean, mean);
             }
             if (kept) {
                 ++report.kept;
@@ -186,7 +189,7 @@ void attempt_for_mean(Editor& editor, OptimiseReport& report) {
 }
 
 // Tries operations on the edges of a bad triangle, then on those around its corners. @returns whether one was kept
-bool improve_around(Editor& editor, int t, const Triangle& corners, Editor::Reach reach, double mean, OptimiseReport& report) {
+bool improve_around(Editor& editor, int t, const Triangle& corners, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     std::vector<int> candidates{3 * t, 3 * t + 1, 3 * t + 2};
     for (const int v : corners)
@@ -196,13 +199,12 @@ bool improve_around(Editor& editor, int t, const Triangle& corners, Editor::Reac
         });
     for (const int h : candidates) {
         if (!mesh.is_live_triangle(h / 3)) continue;
-        const double length = editor.length(h);
         const auto attempt = [&](Editor::Operation operation) {
             ++report.worst_attempts;
-            return editor.attempt(operation, h, Aim::Worst, mean, reach);
+            return editor.attempt(operation, h, Aim::Worst, mean, Editor::Reach::Wide);
         };
-        if ((editor.can_flip(h) && attempt(Editor::Operation::Flip)) ||
-            (length < 1 && editor.can_collapse(h) && attempt(Editor::Operation::Collapse)) || (length > 1 && attempt(Editor::Operation::Split))) {
+        if ((worth_a_flip(editor, h, kHopefulFlipWide) && attempt(Editor::Operation::Flip)) ||
+            (editor.length(h) < 1 && editor.collapse_gain(h) >= 0 && editor.can_collapse(h) && attempt(Editor::Operation::Collapse))) {
             ++report.worst_kept;
             return true;
         }
@@ -210,22 +212,28 @@ bool improve_around(Editor& editor, int t, const Triangle& corners, Editor::Reac
     return false;
 }
 
-bool improve_by_pairs(Editor& editor, int t, double mean, OptimiseReport& report) {
+// Tries pairs of operations, the first on an edge of the triangle or, where it is very bad, of one around its corners.
+bool improve_by_pairs(Editor& editor, int t, const OptimiseOptions& options, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
-    for (const int own : {3 * t, 3 * t + 1, 3 * t + 2})
-        for (const int h : {own, mesh.twin(own)}) {
-            if (h < 0) continue;
-            const auto attempt = [&](Editor::Operation operation) {
-                ++report.worst_attempts;
-                return editor.attempt_pair(operation, h, mean);
-            };
-            const bool once = h == own;
-            if ((once && editor.can_flip(h) && attempt(Editor::Operation::Flip)) || (editor.can_collapse(h) && attempt(Editor::Operation::Collapse)) ||
-                (once && attempt(Editor::Operation::Split))) {
-                ++report.worst_kept;
-                return true;
-            }
+    std::vector<int> edges{3 * t, 3 * t + 1, 3 * t + 2};
+    if (editor.quality(t) < options.goal - kVeryBad)
+        for (const int v : mesh.triangle(t))
+            mesh.for_each_outgoing(v, [&](int h) {
+                edges.push_back(h);
+                edges.push_back(Connectivity::next(h));
+            });
+    for (const int h : edges) {
+        const int g = mesh.twin(h);
+        const auto attempt = [&](Editor::Operation operation, int halfedge) {
+            ++report.worst_attempts;
+            return editor.attempt_pair(operation, halfedge, mean);
+        };
+        if ((editor.can_flip(h) && attempt(Editor::Operation::Flip, h)) || (editor.can_collapse(h) && attempt(Editor::Operation::Collapse, h)) ||
+            (g >= 0 && editor.can_collapse(g) && attempt(Editor::Operation::Collapse, g)) || attempt(Editor::Operation::Split, h)) {
+            ++report.worst_kept;
+            return true;
         }
+    }
     return false;
 }
 
@@ -252,8 +260,8 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 ++kept_now;
                 continue;
             }
-            if (improve_around(editor, t, corners, Editor::Reach::Near, mean, report) || improve_around(editor, t, corners, Editor::Reach::Wide, mean, report) ||
-                (editor.quality(t) < options.goal - kFarBelow && improve_by_pairs(editor, t, mean, report)))
+            if (improve_around(editor, t, corners, mean, report) ||
+                (editor.quality(t) < options.goal - kFarBelow && improve_by_pairs(editor, t, options, mean, report)))
                 ++kept_now;
             else
                 hopeless[corners] = editor.quality(t);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 namespace gradus {
 
@@ -60,15 +62,24 @@ PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d&
 
 PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d& p, int cells) {
     const Domain domain = surface.domain();
-    Eigen::Vector2d best = domain.min;
-    double least = -1;
+    const auto uv_of = [&](int i, int j) -> Eigen::Vector2d { return domain.min + Eigen::Vector2d(i, j).cwiseProduct(domain.max - domain.min) / cells; };
+    std::vector<double> squared;
+    double least = std::numeric_limits<double>::infinity(), most = 0;
     for (int j = 0; j <= cells; ++j)
         for (int i = 0; i <= cells; ++i) {
-            const Eigen::Vector2d uv = domain.min + Eigen::Vector2d(i, j).cwiseProduct(domain.max - domain.min) / cells;
-            const double d = (surface.position(uv) - p).squaredNorm();
-            if (least < 0 || d < least) least = d, best = uv;
+            squared.push_back((surface.position(uv_of(i, j)) - p).squaredNorm());
+            least = std::min(least, squared.back());
+            most = std::max(most, squared.back());
         }
-    return project(surface, p, best, true);
+    // On a seam the same point is a start from either side, and only one of them may lead inside.
+    PatchProjection best{domain.min, std::numeric_limits<double>::infinity()};
+    for (int j = 0; j <= cells; ++j)
+        for (int i = 0; i <= cells; ++i) {
+            if (squared[j * (cells + 1) + i] > least + 1e-12 * most) continue;
+            const PatchProjection found = project(surface, p, uv_of(i, j), true);
+            if (found.distance < best.distance) best = found;
+        }
+    return best;
 }
 
 }  // namespace gradus

@@ -196,14 +196,14 @@ TEST_CASE("Sizes that jump are meshed without a fold", "[remesh][property]") {
 }
 
 TEST_CASE("A long thin patch is meshed", "[remesh][property]") {
-    const models::Nets nets{models::sliver(1e4)};
+    const models::Nets nets{models::sliver(1e3)};
     const PatchModel model = models::model_of(nets);
     models::Kind kind{.name = "sliver", .loops = 1};
-    const Judged judged = remesh_and_judge(kind, model, uniform_background(model, 5e-4));
+    const Judged judged = remesh_and_judge(kind, model, uniform_background(model, 5e-3));
     check_faithful(kind, model, judged);
-    // A strip of one row: as wide as a fifth of the size, its triangles are all alike.
-    CHECK(judged.mesh.triangles.size() >= 2000);
-    CHECK(judged.mesh.triangles.size() <= 20000);
+    // A strip of one row, as wide as a fifth of the size.
+    CHECK(judged.mesh.triangles.size() >= 200);
+    CHECK(judged.mesh.triangles.size() <= 2000);
     CHECK(judged.report.normals->angle.max <= 60);
 }
 

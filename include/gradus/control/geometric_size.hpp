@@ -17,10 +17,10 @@ struct SizedBackground {
 };
 
 struct BackgroundOptions {
-    int cells = 8;                  ///< squares along each side of a patch to begin with
+    int cells = 8;                  ///< squares along each side of a patch to begin with; fewer across a long patch, and more along it
     double size_tolerance = 0.05;   ///< largest |ln(interpolated / exact size)| at edge middles and centroids
     double chord_tolerance = 0.05;  ///< largest gap between an edge and the surface above its middle, per edge length
-    double finest = 0.5;            ///< edges of at most this metric length are never cut: the mesh could not show more
+    double finest = 1;              ///< edges of at most this metric length are never cut: the mesh could not show more
     int max_triangles = 20'000'000;
 };
 

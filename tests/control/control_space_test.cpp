@@ -1,0 +1,123 @@
+#include "gradus/control/control_space.hpp"
+
+#include "gradus/control/geometric_size.hpp"
+#include "support/zoo.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+using namespace gradus;
+
+namespace {
+
+/// Background of a model, and sizes by a function of space.
+struct Mapped {
+    Background background;
+    std::vector<double> sizes;
+};
+
+Mapped mapped(const PatchModel& model, const std::function<double(const Eigen::Vector3d&)>& size) {
+    SizingRule rule;
+    rule.hmax = model.diagonal() / 10;
+    Mapped result{make_background(model, rule).background, {}};
+    for (const Eigen::Vector3d& p : points_of(result.background.mesh)) result.sizes.push_back(size(p));
+    return result;
+}
+
+double exponential(const Eigen::Vector3d& p) { return 0.1 * std::exp(p.x() - 0.5 * p.y()); }
+
+SurfacePoint random_place(const PatchModel& model, std::mt19937& random) {
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const int patch = static_cast<int>(random() % model.num_patches());
+    const Domain d = model.patch(patch).domain();
+    const Eigen::Vector2d s(uniform(random), uniform(random));
+    return {patch, d.min + s.cwiseProduct(d.max - d.min)};
+}
+
+}  // namespace
+
+TEST_CASE("Sizes whose logarithm is linear are reproduced in the plane, by place and by point", "[control][exact]") {
+    const PatchModel model = models::model_of({models::flat_square()});
+    const Mapped map = mapped(model, exponential);
+    const ControlSpace space(map.background, map.sizes);
+    std::mt19937 random(1);
+    int walked = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const SurfacePoint at = random_place(model, random);
+        const Eigen::Vector3d p = model.position(at);
+        CHECK(space.size(at) == Approx(exponential(p)).epsilon(1e-12));
+        CHECK(space.size(p, walked) == Approx(exponential(p)).epsilon(1e-12));
+        CHECK(walked >= 0);
+        CHECK(walked < space.num_triangles());
+    }
+}
+
+TEST_CASE("The predicted count is the integral of the density", "[control][exact]") {
+    const PatchModel model = models::model_of({models::flat_square()});
+    const double ideal = std::sqrt(3.0) / 4;
+    const Mapped constant = mapped(model, [](const Eigen::Vector3d&) { return 0.02; });
+    CHECK(ControlSpace(constant.background, constant.sizes).predicted_triangles() == Approx(1 / (ideal * 0.0004)).epsilon(1e-12));
+    // Integral of 100 exp(-2 x + y) over the unit square.
+    const Mapped map = mapped(model, exponential);
+    const double integral = 100 * (1 - std::exp(-2.0)) / 2 * (std::exp(1.0) - 1);
+    CHECK(ControlSpace(map.background, map.sizes).predicted_triangles() == Approx(integral / ideal).epsilon(1e-7));
+}
+
+TEST_CASE("A walk from far away and one from near end at the same size", "[control][property]") {
+    // On a surface a walk goes by the projection to triangles: from any start on a convex closed surface, or along a sheet.
+    for (const std::string name : {"bump", "sphere of octants", "sphere with seam", "cylinder", "torus", "wavy sheet"})
+        DYNAMIC_SECTION(name) {
+            const PatchModel model = models::kind_of(name).make();
+            const Mapped map = mapped(model, exponential);
+            const ControlSpace space(map.background, map.sizes);
+            std::mt19937 random(2);
+            double worst = 0;
+            for (int i = 0; i < 2000; ++i) {
+                const SurfacePoint at = random_place(model, random);
+                int near = space.locate(at);
+                CHECK(map.background.patch[near] == at.patch);
+                const double by_point = space.size(model.position(at), near), by_place = space.size(at);
+                worst = std::max(worst, std::abs(std::log(by_point / by_place)));
+            }
+            // Both interpolate; they differ by the curvature of the parameters over a triangle, which is most at poles.
+            CHECK(worst <= 0.15);
+        }
+}
+
+TEST_CASE("The size at a vertex is the one given, from every patch around it", "[control][property]") {
+    for (const models::Kind& kind : models::zoo()) {
+        CAPTURE(kind.name);
+        const PatchModel model = kind.make();
+        const Mapped map = mapped(model, [](const Eigen::Vector3d& p) { return 1 + 0.3 * std::sin(7 * p.x() + 5 * p.y() + 3 * p.z()); });
+        const ControlSpace space(map.background, map.sizes);
+        const auto triangles = triangles_of(map.background.mesh);
+        const auto points = points_of(map.background.mesh);
+        double by_place = 0, by_point = 0;
+        for (int t = 0; t < space.num_triangles(); ++t)
+            for (int k = 0; k < 3; ++k) {
+                const double exact = map.sizes[triangles[t][k]];
+                int walked = t;
+                by_place = std::max(by_place, std::abs(space.size(SurfacePoint{map.background.patch[t], map.background.uv[t][k]}) / exact - 1));
+                by_point = std::max(by_point, std::abs(space.size(points[triangles[t][k]], walked) / exact - 1));
+            }
+        CHECK(by_place <= 1e-6);
+        CHECK(by_point <= 1e-6);
+    }
+}
+
+TEST_CASE("Sizes that cannot be used are refused", "[control]") {
+    const PatchModel model = models::model_of({models::flat_square()});
+    Mapped map = mapped(model, exponential);
+    std::vector<double> sizes = map.sizes;
+    for (const double bad : {0., -1., std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+        sizes[3] = bad;
+        CHECK_THROWS_AS(ControlSpace(map.background, sizes), std::invalid_argument);
+        CHECK_THROWS_WITH(ControlSpace(map.background, sizes), Catch::Contains("vertex 3"));
+    }
+    sizes = map.sizes;
+    sizes.pop_back();
+    CHECK_THROWS_AS(ControlSpace(map.background, sizes), std::invalid_argument);
+}
