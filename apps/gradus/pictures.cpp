@@ -16,7 +16,7 @@ namespace gradus::app {
 namespace {
 
 constexpr double kEnlarged = 0.13;  // width of an enlargement, fraction of the extent of the mesh
-constexpr int kCandidates = 40;       // places compared for each enlargement
+constexpr int kCandidates = 40;     // places compared for each enlargement
 constexpr double kFacing = 0.7;     // least cosine between the view and the normal of an enlarged place
 constexpr double kApart = 0.6;      // least distance of two enlarged places on one part, the same
 
@@ -37,7 +37,8 @@ std::vector<Eigen::Vector3d> normals_of(const SurfaceMesh& mesh) {
 }
 
 // Whether a ray from `from` meets a triangle. [Moeller, Trumbore 1997]
-bool meets(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+bool meets(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+           const Eigen::Vector3d& c) {
     const Eigen::Vector3d e1 = b - a, e2 = c - a, p = way.cross(e2), s = from - a, q = s.cross(e1);
     const double det = e1.dot(p);
     if (std::abs(det) < 1e-300) return false;
@@ -46,9 +47,8 @@ bool meets(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Eigen:
 }
 
 bool is_seen(const SurfaceMesh& mesh, const Eigen::Vector3d& from, const Eigen::Vector3d& way) {
-    return std::none_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
-        return meets(from, way, mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
-    });
+    return std::none_of(mesh.triangles.begin(), mesh.triangles.end(),
+                        [&](const Triangle& t) { return meets(from, way, mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]); });
 }
 
 struct Place {
@@ -83,12 +83,14 @@ std::vector<Place> abrupt_places(const SurfaceMesh& mesh, double reach) {
                         high = std::max(high, near->second.high);
         places.push_back({cube.finest, high / cube.low});
     }
-    std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.ratio != b.ratio ? a.ratio > b.ratio : a.vertex < b.vertex; });
+    std::sort(places.begin(), places.end(),
+              [](const Place& a, const Place& b) { return a.ratio != b.ratio ? a.ratio > b.ratio : a.vertex < b.vertex; });
     return places;
 }
 
 // Looks along the normal, rather from above and from the side of the usual view; nothing if the place is hidden from everywhere.
-std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& normal, double extent) {
+std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& normal,
+                                       double extent) {
     std::vector<Eigen::Vector3d> ways;
     for (const double height : {0.35, 0.8, 0.0, 1.6, -0.5})
         for (int k = 0; k < 16; ++k) {

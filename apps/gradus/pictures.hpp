@@ -11,7 +11,7 @@
 namespace gradus::app {
 
 struct Picture {
-    std::string name;   ///< of the file, without extension
+    std::string name;  ///< of the file, without extension
     std::string title;
     Image image;
 };

@@ -20,7 +20,8 @@ SizedBackground background_for(const PatchModel& model, const SizingRule& rule, 
     });
 }
 
-GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const GradationOptions& gradation, SizedBackground& sized, Stages& stages) {
+GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const GradationOptions& gradation, SizedBackground& sized,
+                         Stages& stages) {
     return stages.run("gradation", [&] {
         GradedMap map{sized.sizes, {}};
         map.result = grade(sized.background.mesh, map.sizes, gradation);

@@ -26,8 +26,8 @@ struct Outcome {
 
 // Runs the program inside a folder.
 Outcome run(const TemporaryFolder& folder, const std::string& arguments) {
-    const std::string command =
-        "cd '" + folder.path().string() + "' && '" GRADUS_PROGRAM "' " + arguments + " > '" + (folder / "stdout") + "' 2> '" + (folder / "stderr") + "'";
+    const std::string command = "cd '" + folder.path().string() + "' && '" GRADUS_PROGRAM "' " + arguments + " > '" + (folder / "stdout") +
+                                "' 2> '" + (folder / "stderr") + "'";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, gradus::read_file(folder / "stdout"), gradus::read_file(folder / "stderr")};
 }
@@ -116,7 +116,8 @@ TEST_CASE("grade keeps its bound, by every method, and says so to machines", "[c
     CAPTURE(method, outcome.err);
     CHECK(outcome.code == 0);
     const json said = json::parse(outcome.out);
-    const gradus::GradationReport after = gradus::measure_gradation(mesh, gradus::read_sizes(hill.folder / "graded.sol", soup.points.size()));
+    const gradus::GradationReport after =
+        gradus::measure_gradation(mesh, gradus::read_sizes(hill.folder / "graded.sol", soup.points.size()));
     CHECK(said["method"] == method);
     CHECK(said["met"] == true);
     CHECK(said["after"]["shock_max"].get<double>() == Approx(after.shock_max));
@@ -138,7 +139,8 @@ TEST_CASE("a growth rate is a shock, and the variation bounds slopes", "[cli]") 
 
 TEST_CASE("remesh writes every format it is asked for, on the surface and labelled", "[cli]") {
     const Hill hill;
-    const Outcome outcome = run(hill.folder, "remesh hill.bpt -o m.mesh -o m.meshb -o m.obj -o m.off -o m.ply -o m.stl -o m.vtu --json --report r.json" + kCoarse);
+    const Outcome outcome = run(
+        hill.folder, "remesh hill.bpt -o m.mesh -o m.meshb -o m.obj -o m.off -o m.ply -o m.stl -o m.vtu --json --report r.json" + kCoarse);
     CAPTURE(outcome.err);
     REQUIRE(outcome.code == 0);
     const json said = json::parse(outcome.out);
@@ -148,7 +150,8 @@ TEST_CASE("remesh writes every format it is asked for, on the surface and labell
     CHECK(said["triangles"] == soup.triangles.size());
     CHECK(std::all_of(soup.labels.begin(), soup.labels.end(), [](int label) { return label == 1; }));
     CHECK(gradus::is_clean_manifold(gradus::diagnose(soup)));
-    for (const char* format : {"m.meshb", "m.obj", "m.off", "m.ply", "m.stl"}) CHECK(gradus::read_mesh(hill.folder / format).triangles.size() == soup.triangles.size());
+    for (const char* format : {"m.meshb", "m.obj", "m.off", "m.ply", "m.stl"})
+        CHECK(gradus::read_mesh(hill.folder / format).triangles.size() == soup.triangles.size());
 
     const json report = json::parse(gradus::read_file(hill.folder / "r.json"));
     for (const char* key : {"topology", "shape", "edges", "gradation", "distance", "normals", "stages"}) CHECK(!report.at(key).is_null());
@@ -329,8 +332,9 @@ TEST_CASE("teapot leaves everything it promises", "[cli]") {
     CAPTURE(outcome.err);
     REQUIRE(outcome.code == 0);
     const json said = json::parse(outcome.out);
-    for (const char* name : {"background.mesh", "raw.sol", "graded.sol", "raw.obj", "raw.mesh", "raw.vtu", "graded.obj", "graded.mesh", "graded.vtu", "report.json",
-                             "report.html", "raw.png", "graded.png", "enlargement-1.png", "enlargement-2.png", "size.png", "shock.png", "quality.png"})
+    for (const char* name : {"background.mesh", "raw.sol", "graded.sol", "raw.obj", "raw.mesh", "raw.vtu", "graded.obj", "graded.mesh",
+                             "graded.vtu", "report.json", "report.html", "raw.png", "graded.png", "enlargement-1.png", "enlargement-2.png",
+                             "size.png", "shock.png", "quality.png"})
         CHECK(exists(folder / (std::string("made/here/") + name)));
     CHECK(json::parse(gradus::read_file(folder / "made/here/report.json"))["graded"] == said["graded"]);
     for (const char* key : {"sizing", "background", "gradation", "raw", "graded", "paper", "stages", "files"}) CHECK(said.contains(key));
