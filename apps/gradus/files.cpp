@@ -21,12 +21,18 @@ constexpr const char* kMeshExtensions = ".obj .off .ply .stl .mesh .meshb";
 
 std::string extensions_of(FileKind kind) {
     switch (kind) {
-        case FileKind::Patches: return ".bpt .bez";
-        case FileKind::Mesh: return kMeshExtensions;
-        case FileKind::Sizes: return ".sol .solb";
-        case FileKind::Vtu: return ".vtu";
-        case FileKind::Report: return ".html .json";
-        case FileKind::Unknown: break;
+        case FileKind::Patches:
+            return ".bpt .bez";
+        case FileKind::Mesh:
+            return kMeshExtensions;
+        case FileKind::Sizes:
+            return ".sol .solb";
+        case FileKind::Vtu:
+            return ".vtu";
+        case FileKind::Report:
+            return ".html .json";
+        case FileKind::Unknown:
+            break;
     }
     return "";
 }
@@ -35,14 +41,16 @@ void check_folder(const std::string& path, const fs::path& folder) {
     std::error_code none;
     if (!fs::exists(folder, none)) throw Failure(path + ": there is no folder " + folder.string() + "; make it first");
     if (!fs::is_directory(folder, none)) throw Failure(path + ": " + folder.string() + " is no folder");
-    if (::access(folder.c_str(), W_OK | X_OK) != 0) throw Failure(path + ": folder " + folder.string() + " cannot be written into; choose another");
+    if (::access(folder.c_str(), W_OK | X_OK) != 0)
+        throw Failure(path + ": folder " + folder.string() + " cannot be written into; choose another");
 }
 
 }  // namespace
 
 std::string extension_of(const std::string& path) {
     std::string extension = fs::path(path).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return extension;
 }
 
@@ -54,7 +62,9 @@ FileKind kind_of(const std::string& path) {
     return FileKind::Unknown;
 }
 
-std::string with_extension(const std::string& path, const std::string& extension) { return fs::path(path).replace_extension(extension).string(); }
+std::string with_extension(const std::string& path, const std::string& extension) {
+    return fs::path(path).replace_extension(extension).string();
+}
 
 void check_output(const std::string& path, const std::vector<FileKind>& kinds) {
     if (path.empty()) throw UsageError("an output has no name");
@@ -83,7 +93,7 @@ void check_distinct(const std::vector<std::string>& outputs) {
     std::vector<std::string> names;
     for (const std::string& path : outputs) {
         std::error_code none;
-        const std::string name = fs::weakly_canonical(path, none).string();
+        const std::string name = fs::weakly_canonical(fs::absolute(path), none).string();
         if (std::find(names.begin(), names.end(), name) != names.end()) throw UsageError(path + ": is named for two outputs");
         names.push_back(name);
     }
@@ -93,7 +103,8 @@ PatchModel load_model(const std::string& path) {
     if (kind_of(path) == FileKind::Mesh)
         throw Failure(path + ": triangulated input is not supported yet; give Bezier patches (" + extensions_of(FileKind::Patches) + ")");
     if (kind_of(path) != FileKind::Patches)
-        throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; surfaces are read from " + extensions_of(FileKind::Patches));
+        throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; surfaces are read from " +
+                         extensions_of(FileKind::Patches));
     const PatchFile file = read_patches(path);
     try {
         return make_model(file);
@@ -119,6 +130,8 @@ Background load_background(const std::string& path, const PatchModel& model) {
     }
 }
 
-std::string background_beside(const std::string& sizes) { return with_extension(sizes, extension_of(sizes) == ".solb" ? ".meshb" : ".mesh"); }
+std::string background_beside(const std::string& sizes) {
+    return with_extension(sizes, extension_of(sizes) == ".solb" ? ".meshb" : ".mesh");
+}
 
 }  // namespace gradus::app

@@ -49,7 +49,8 @@ int run_grade(const Options& options) {
     const Proof proof = stages.run("proof", [&] { return prove(mesh, gradation, input, sizes, result); });
     write_sizes(options.out, sizes);
 
-    options.session.say(fmt::format("{}: {} vertices, {} triangles\n", options.mesh, grouped(soup.points.size()), grouped(soup.triangles.size())));
+    options.session.say(
+        fmt::format("{}: {} vertices, {} triangles\n", options.mesh, grouped(soup.points.size()), grouped(soup.triangles.size())));
     options.session.say(text_of(gradation, result, sizes.size()) + proof_line(proof));
     options.session.say(fmt::format("wrote {}\n", options.out));
     Json json = json_of(gradation, result);

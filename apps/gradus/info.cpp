@@ -32,7 +32,8 @@ struct Extent {
     void add(const Eigen::Vector3d& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
     double diagonal() const { return (high - low).norm(); }
     std::string text() const {
-        return fmt::format("from {:g} {:g} {:g} to {:g} {:g} {:g}, diagonal {:.6g}", low.x(), low.y(), low.z(), high.x(), high.y(), high.z(), diagonal());
+        return fmt::format("from {:g} {:g} {:g} to {:g} {:g} {:g}, diagonal {:.6g}", low.x(), low.y(), low.z(), high.x(), high.y(),
+                           high.z(), diagonal());
     }
     Json json() const { return {{"low", {low.x(), low.y(), low.z()}}, {"high", {high.x(), high.y(), high.z()}}, {"diagonal", diagonal()}}; }
 };
@@ -121,14 +122,15 @@ int info_of_patches(const Options& options) {
         degree_json.push_back({{"degree", degree}, {"patches", count}});
     }
     text += fmt::format("patches: {}{}; {} turned to agree with their neighbours\n", list, rational ? ", some rational" : "", flipped);
-    text += fmt::format("curves: {} smooth, {} creases, {} boundary in {} loops, {} at poles, {} of them seams; {} pole{}\n", kinds[CurveKind::Smooth],
-                        kinds[CurveKind::Crease], kinds[CurveKind::Boundary], loops, kinds[CurveKind::Pole], seams, poles, poles == 1 ? "" : "s");
+    text += fmt::format("curves: {} smooth, {} creases, {} boundary in {} loops, {} at poles, {} of them seams; {} pole{}\n",
+                        kinds[CurveKind::Smooth], kinds[CurveKind::Crease], kinds[CurveKind::Boundary], loops, kinds[CurveKind::Pole],
+                        seams, poles, poles == 1 ? "" : "s");
     text += fmt::format("extent: {}\n", samples.extent.text());
     const Eigen::Vector3d tip = samples.at.patch >= 0 ? model.position(samples.at) : Eigen::Vector3d::Zero().eval();
     if (samples.at.patch < 0) text += "curvature: none, all patches are flat\n";
     else
-        text += fmt::format("smallest radius of curvature seen: {:.4g}, on patch {} at {:.4g} {:.4g} {:.4g}\n", samples.radius, samples.at.patch + 1, tip.x(), tip.y(),
-                            tip.z());
+        text += fmt::format("smallest radius of curvature seen: {:.4g}, on patch {} at {:.4g} {:.4g} {:.4g}\n", samples.radius,
+                            samples.at.patch + 1, tip.x(), tip.y(), tip.z());
     std::vector<std::string> found;
     for (const TJunction& t : junctions) {
         const Eigen::Vector3d& p = model.vertices()[t.vertex].point;
@@ -178,8 +180,8 @@ int info_of_mesh(const Options& options) {
     const Summary lengths = summarise(edge_lengths(view, edges));
     const ShapeReport shape = measure_shape(view, edges);
     if (lengths.count > 0)
-        text += fmt::format("edges from {:.4g} to {:.4g}, median {:.4g}; area-length worst {:.3f}, mean {:.3f}\n", lengths.min, lengths.max, lengths.median,
-                            shape.area_length.min, shape.area_length.mean);
+        text += fmt::format("edges from {:.4g} to {:.4g}, median {:.4g}; area-length worst {:.3f}, mean {:.3f}\n", lengths.min, lengths.max,
+                            lengths.median, shape.area_length.min, shape.area_length.mean);
     if (is_clean_manifold(diagnosis)) text += faults({});
     else if (is_manifold(diagnosis)) text += "usable: an oriented manifold\n";
     else text += "NOT usable as it is: not an oriented manifold\n";
@@ -223,20 +225,26 @@ int info_of_sizes(const Options& options) {
     options.session.say(fmt::format("{}: {} sizes", options.file, grouped(sizes.size())));
     if (s.count > 0) options.session.say(fmt::format(" from {:.4g} to {:.4g}, median {:.4g}", s.min, s.max, s.median));
     options.session.say(unset > 0 ? fmt::format("; {} not set\n", grouped(static_cast<long long>(unset))) : "\n");
-    print(options.session, {{"kind", "sizes"}, {"count", sizes.size()}, {"unset", unset}, {"min", s.min}, {"median", s.median}, {"max", s.max}});
+    print(options.session,
+          {{"kind", "sizes"}, {"count", sizes.size()}, {"unset", unset}, {"min", s.min}, {"median", s.median}, {"max", s.max}});
     return kMet;
 }
 
 int run_info(const Options& options) {
     switch (kind_of(options.file)) {
-        case FileKind::Patches: return info_of_patches(options);
-        case FileKind::Mesh: return info_of_mesh(options);
-        case FileKind::Sizes: return info_of_sizes(options);
+        case FileKind::Patches:
+            return info_of_patches(options);
+        case FileKind::Mesh:
+            return info_of_mesh(options);
+        case FileKind::Sizes:
+            return info_of_sizes(options);
         case FileKind::Vtu:
         case FileKind::Report:
-        case FileKind::Unknown: break;
+        case FileKind::Unknown:
+            break;
     }
-    throw UsageError(options.file + ": unknown extension \"" + extension_of(options.file) + "\"; known are .bpt .bez, .mesh .meshb .obj .off .ply .stl, .sol .solb");
+    throw UsageError(options.file + ": unknown extension \"" + extension_of(options.file) +
+                     "\"; known are .bpt .bez, .mesh .meshb .obj .off .ply .stl, .sol .solb");
 }
 
 }  // namespace

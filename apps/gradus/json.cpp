@@ -13,10 +13,14 @@ namespace {
 
 std::string name_of(SizingRule::Kind kind) {
     switch (kind) {
-        case SizingRule::Kind::Proportional: return "alpha";
-        case SizingRule::Kind::RelativeChordError: return "relative_chord_error";
-        case SizingRule::Kind::ChordError: return "chord_error";
-        case SizingRule::Kind::NormalAngle: return "normal_angle";
+        case SizingRule::Kind::Proportional:
+            return "alpha";
+        case SizingRule::Kind::RelativeChordError:
+            return "relative_chord_error";
+        case SizingRule::Kind::ChordError:
+            return "chord_error";
+        case SizingRule::Kind::NormalAngle:
+            return "normal_angle";
     }
     return "";
 }
@@ -27,14 +31,20 @@ Json optional(const std::optional<double>& value) { return value ? Json(*value) 
 
 Json json_of(const SizingRule& rule) {
     Json at = Json::array();
-    for (const SizingRule::At& point : rule.at) at.push_back({{"point", {point.point.x(), point.point.y(), point.point.z()}}, {"size", point.size}});
+    for (const SizingRule::At& point : rule.at)
+        at.push_back({{"point", {point.point.x(), point.point.y(), point.point.z()}}, {"size", point.size}});
     return {{"rule", name_of(rule.kind)}, {"value", rule.value}, {"hmin", rule.hmin}, {"hmax", rule.hmax}, {"at", at}};
 }
 
 Json json_of(const GradationReport& report) {
-    return {{"shock_max", report.shock_max},         {"shock_edge", report.shock_edge},     {"shock_p999", report.shock_p999},
-            {"variation_max", report.variation_max}, {"variation_edge", report.variation_edge}, {"gradient_max", report.gradient_max},
-            {"gradient_triangle", report.gradient_triangle}, {"gradient_p999", report.gradient_p999}};
+    return {{"shock_max", report.shock_max},
+            {"shock_edge", report.shock_edge},
+            {"shock_p999", report.shock_p999},
+            {"variation_max", report.variation_max},
+            {"variation_edge", report.variation_edge},
+            {"gradient_max", report.gradient_max},
+            {"gradient_triangle", report.gradient_triangle},
+            {"gradient_p999", report.gradient_p999}};
 }
 
 Json json_of(const GradationOptions& options, const GradationResult& result) {

@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "gradus/gradation/grade.hpp"
 #include "gradus/control/sizing.hpp"
+#include "gradus/gradation/grade.hpp"
 #include "gradus/quality/report.hpp"
 #include "session.hpp"
 

@@ -18,7 +18,8 @@ class Formatter : public CLI::Formatter {
 /// Errors of the command line in one line, in the words of the parser.
 [[noreturn]] void fail_usage(const CLI::App& app, const CLI::ParseError& error) {
     const auto named = app.get_subcommands();
-    throw gradus::app::UsageError(std::string(error.what()) + "; see gradus " + (named.empty() ? "" : named.front()->get_name() + " ") + "--help");
+    throw gradus::app::UsageError(std::string(error.what()) + "; see gradus " + (named.empty() ? "" : named.front()->get_name() + " ") +
+                                  "--help");
 }
 
 }  // namespace
@@ -46,6 +47,8 @@ int main(int argc, char** argv) {
         } catch (const CLI::Success& help) {
             return app.exit(help);
         } catch (const CLI::ParseError& error) {
+            if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
+                throw UsageError(std::string("there is no command \"") + argv[1] + "\"; see gradus --help");
             fail_usage(app, error);
         }
         return run();

@@ -56,9 +56,10 @@ void add_session(CLI::App& app, Session& session) {
 void add_sizing(CLI::App& app, SizingOptions& options, const std::optional<SizeLimits>& limits) {
     const std::string group = "Sizes from curvature (rho: smallest radius of curvature)";
     auto* alpha = app.add_option("--alpha", options.alpha, "Size h = A rho (default: 0.3)")->type_name("A")->group(group);
-    auto* relative = app.add_option("--relative-chord-error", options.relative_chord_error, "Gap between chord and arc, over rho, in (0, 1]")
-                         ->type_name("D")
-                         ->group(group);
+    auto* relative =
+        app.add_option("--relative-chord-error", options.relative_chord_error, "Gap between chord and arc, over rho, in (0, 1]")
+            ->type_name("D")
+            ->group(group);
     auto* chord = app.add_option("--chord-error", options.chord_error, "Gap between chord and arc, a length")->type_name("E")->group(group);
     auto* angle = app.add_option("--normal-angle", options.normal_angle, "Angle between normals at the ends of an edge, in (0, 180]")
                       ->type_name("DEG")
@@ -67,8 +68,13 @@ void add_sizing(CLI::App& app, SizingOptions& options, const std::optional<SizeL
     for (CLI::Option* rule : rules)
         for (CLI::Option* other : rules)
             if (rule != other) rule->excludes(other);
-    app.add_option("--hmin", options.hmin, "Smallest size from curvature (default: " + (limits ? fmt::format("{:g}", limits->hmin) : "diagonal / 1000") + ")")->type_name("H")->group(group);
-    app.add_option("--hmax", options.hmax, "Largest size (default: " + (limits ? fmt::format("{:g}", limits->hmax) : "diagonal / 16") + ")")->type_name("H")->group(group);
+    app.add_option("--hmin", options.hmin,
+                   "Smallest size from curvature (default: " + (limits ? fmt::format("{:g}", limits->hmin) : "diagonal / 1000") + ")")
+        ->type_name("H")
+        ->group(group);
+    app.add_option("--hmax", options.hmax, "Largest size (default: " + (limits ? fmt::format("{:g}", limits->hmax) : "diagonal / 16") + ")")
+        ->type_name("H")
+        ->group(group);
     app.add_option("--size-at", options.at, "Size at a point, \"x,y,z=h\"; may be repeated")
         ->type_name("X,Y,Z=H")
         ->type_size(1)
@@ -83,13 +89,14 @@ void check(const SizingOptions& options) {
     require_positive(options.alpha, "--alpha");
     require_positive(options.chord_error, "--chord-error");
     if (options.relative_chord_error)
-        require(*options.relative_chord_error > 0 && *options.relative_chord_error <= 1, "--relative-chord-error", *options.relative_chord_error,
-                "in (0, 1]");
+        require(*options.relative_chord_error > 0 && *options.relative_chord_error <= 1, "--relative-chord-error",
+                *options.relative_chord_error, "in (0, 1]");
     if (options.normal_angle)
         require(*options.normal_angle > 0 && *options.normal_angle <= 180, "--normal-angle", *options.normal_angle, "in (0, 180] degrees");
     require_positive(options.hmin, "--hmin");
     require_positive(options.hmax, "--hmax");
-    if (options.hmin && options.hmax) require(*options.hmin <= *options.hmax, "--hmin", *options.hmin, fmt::format("at most --hmax {:g}", *options.hmax));
+    if (options.hmin && options.hmax)
+        require(*options.hmin <= *options.hmax, "--hmin", *options.hmin, fmt::format("at most --hmax {:g}", *options.hmax));
     for (const std::string& text : options.at) prescribed_size(text);
 }
 
@@ -111,10 +118,18 @@ SizingRule rule_of(const SizingOptions& options, const SizeLimits& defaults) {
 std::string to_text(const SizingRule& rule) {
     std::string text;
     switch (rule.kind) {
-        case SizingRule::Kind::Proportional: text = fmt::format("h = {:g} rho", rule.value); break;
-        case SizingRule::Kind::RelativeChordError: text = fmt::format("chord error {:g} rho", rule.value); break;
-        case SizingRule::Kind::ChordError: text = fmt::format("chord error {:g}", rule.value); break;
-        case SizingRule::Kind::NormalAngle: text = fmt::format("normal angle {:g} degrees", rule.value * 180 / std::numbers::pi); break;
+        case SizingRule::Kind::Proportional:
+            text = fmt::format("h = {:g} rho", rule.value);
+            break;
+        case SizingRule::Kind::RelativeChordError:
+            text = fmt::format("chord error {:g} rho", rule.value);
+            break;
+        case SizingRule::Kind::ChordError:
+            text = fmt::format("chord error {:g}", rule.value);
+            break;
+        case SizingRule::Kind::NormalAngle:
+            text = fmt::format("normal angle {:g} degrees", rule.value * 180 / std::numbers::pi);
+            break;
     }
     text += fmt::format(" in [{:.4g}, {:.4g}]", rule.hmin, rule.hmax);
     if (!rule.at.empty()) text += fmt::format(", {} prescribed at points", rule.at.size());
@@ -123,16 +138,20 @@ std::string to_text(const SizingRule& rule) {
 
 void add_gradation(CLI::App& app, GradationChoice& choice, GradationNeeded needed) {
     const std::string group = "Gradation";
-    auto* shock = app.add_option("--shock", choice.shock, needed != GradationNeeded::Yes ? "Largest H-shock, > 1 (default: 1.5)" : "Largest H-shock, > 1")
+    auto* shock = app.add_option("--shock", choice.shock,
+                                 needed != GradationNeeded::Yes ? "Largest H-shock, > 1 (default: 1.5)" : "Largest H-shock, > 1")
                       ->type_name("B")
                       ->group(group);
-    auto* growth =
-        app.add_option("--growth", choice.growth, "Largest growth rate between successive elements, > 1: the same as a shock")->type_name("G")->group(group);
-    auto* variation = app.add_option("--variation", choice.variation, "Largest H-variation |h(P) - h(Q)| / |PQ|, > 0")->type_name("A")->group(group);
-    auto* method = app.add_option("--method", choice.method,
-                                  "full: edges and triangles (default); exact: edges; gradient: distance on triangles; paper: its iteration")
-                       ->type_name("M")
+    auto* growth = app.add_option("--growth", choice.growth, "Largest growth rate between successive elements, > 1: the same as a shock")
+                       ->type_name("G")
                        ->group(group);
+    auto* variation =
+        app.add_option("--variation", choice.variation, "Largest H-variation |h(P) - h(Q)| / |PQ|, > 0")->type_name("A")->group(group);
+    auto* method =
+        app.add_option("--method", choice.method,
+                       "full: edges and triangles (default); exact: edges; gradient: distance on triangles; paper: its iteration")
+            ->type_name("M")
+            ->group(group);
     shock->excludes(growth);
     if (needed != GradationNeeded::No) return;
     auto* none = app.add_flag("--no-gradation", choice.none, "Take the sizes as they are")->group(group);
@@ -155,10 +174,14 @@ std::optional<GradationOptions> gradation_of(const GradationChoice& choice, std:
 
 std::string name_of(GradationMethod method) {
     switch (method) {
-        case GradationMethod::Full: return "full";
-        case GradationMethod::Exact: return "exact";
-        case GradationMethod::Gradient: return "gradient";
-        case GradationMethod::Paper: return "paper";
+        case GradationMethod::Full:
+            return "full";
+        case GradationMethod::Exact:
+            return "exact";
+        case GradationMethod::Gradient:
+            return "gradient";
+        case GradationMethod::Paper:
+            return "paper";
     }
     return "";
 }
@@ -168,10 +191,14 @@ std::string to_text(const GradationOptions& options) {
     if (options.shock) text = fmt::format("H-shock at most {:g}", *options.shock);
     if (options.variation) text += fmt::format("{}H-variation at most {:g}", text.empty() ? "" : ", ", *options.variation);
     switch (options.method) {
-        case GradationMethod::Full: return text + ", by edges and triangles";
-        case GradationMethod::Exact: return text + ", by edges";
-        case GradationMethod::Gradient: return text + ", by distance on the surface";
-        case GradationMethod::Paper: return text + ", by the paper's iteration";
+        case GradationMethod::Full:
+            return text + ", by edges and triangles";
+        case GradationMethod::Exact:
+            return text + ", by edges";
+        case GradationMethod::Gradient:
+            return text + ", by distance on the surface";
+        case GradationMethod::Paper:
+            return text + ", by the paper's iteration";
     }
     return text;
 }

@@ -28,9 +28,11 @@ void add_checks(HtmlReport& page, const MeshReport& report) {
         {"area-length, worst", number(report.shape.area_length.min), {}, {}, report.shape.area_length.min},
         {"area-length, mean", number(report.shape.area_length.mean), {}, {}, report.shape.area_length.mean}};
     if (report.edges)
-        checks.push_back({"edges within [0.71, 1.41] in the size map", percent(report.edges->unit_share), {}, {}, report.edges->unit_share});
+        checks.push_back(
+            {"edges within [0.71, 1.41] in the size map", percent(report.edges->unit_share), {}, {}, report.edges->unit_share});
     if (report.normals)
-        checks.push_back({"triangles at more than 60 degrees to the surface", grouped(report.normals->over_60), "none", report.normals->over_60 == 0});
+        checks.push_back(
+            {"triangles at more than 60 degrees to the surface", grouped(report.normals->over_60), "none", report.normals->over_60 == 0});
     page.checks(checks);
 }
 
@@ -45,8 +47,8 @@ HistogramData chart_of(const Histogram& histogram) {
 
 void add_mesh(HtmlReport& page, const MeshReport& report) {
     const TopologyReport& t = report.topology;
-    page.text(fmt::format("{} triangles, {} vertices, {} edges; {} components, {} boundary loops, Euler characteristic {}{}.", grouped(t.triangles),
-                          grouped(t.vertices), grouped(t.edges), t.components, t.boundary_loops, t.euler,
+    page.text(fmt::format("{} triangles, {} vertices, {} edges; {} components, {} boundary loops, Euler characteristic {}{}.",
+                          grouped(t.triangles), grouped(t.vertices), grouped(t.edges), t.components, t.boundary_loops, t.euler,
                           t.genus ? fmt::format(", genus {}", *t.genus) : ""));
     add_checks(page, report);
     const ShapeReport& s = report.shape;
@@ -55,8 +57,10 @@ void add_mesh(HtmlReport& page, const MeshReport& report) {
                 low_row("smallest angle, degrees", s.smallest_angle)},
                "1 is equilateral, 0 degenerate");
     const RealisedGradation& g = report.gradation;
-    std::vector<std::vector<std::string>> rows{high_row("largest angle, degrees", s.largest_angle), high_row("edges at a vertex, longest / shortest", s.adjacent_edge_ratio),
-                                               high_row("H-shock of realised sizes", g.shock), high_row("H-variation of realised sizes", g.variation),
+    std::vector<std::vector<std::string>> rows{high_row("largest angle, degrees", s.largest_angle),
+                                               high_row("edges at a vertex, longest / shortest", s.adjacent_edge_ratio),
+                                               high_row("H-shock of realised sizes", g.shock),
+                                               high_row("H-variation of realised sizes", g.variation),
                                                high_row("neighbours, longest / shortest edge", g.neighbour_edges),
                                                high_row("neighbours, larger / smaller area", g.neighbour_areas)};
     if (report.edges) rows.push_back(high_row("edge length in the size map", report.edges->length));
@@ -69,18 +73,25 @@ void add_mesh(HtmlReport& page, const MeshReport& report) {
     page.table({"spread", "median", "mean", "99 %", "99.9 %", "max"}, rows);
     page.histogram(chart_of(s.area_length_histogram), {.title = "Area-length quality", .x_label = "quality"});
     page.histogram(chart_of(s.smallest_angle_histogram), {.title = "Smallest angle", .x_label = "degrees"});
-    if (report.edges) page.histogram(chart_of(report.edges->log2_histogram), {.title = "Edge lengths in the size map", .x_label = "log2 of the metric length"});
+    if (report.edges)
+        page.histogram(chart_of(report.edges->log2_histogram),
+                       {.title = "Edge lengths in the size map", .x_label = "log2 of the metric length"});
 }
 
 void add_gradation(HtmlReport& page, const GradationOptions& options, const GradationResult& result, std::size_t vertices) {
     const GradationReport &before = result.before, &after = result.after;
-    page.text(fmt::format("{}: {} of {} vertices of the background lowered.", to_text(options), grouped(result.lowered), grouped(vertices)));
+    page.text(
+        fmt::format("{}: {} of {} vertices of the background lowered.", to_text(options), grouped(result.lowered), grouped(vertices)));
     std::vector<HtmlReport::Check> checks;
-    if (options.shock) checks.push_back({"H-shock of the graded map", fmt::format("{:.6g}", after.shock_max), fmt::format("{:g}", *options.shock), after.shock_max <= *options.shock * (1 + 1e-9)});
+    if (options.shock)
+        checks.push_back({"H-shock of the graded map", fmt::format("{:.6g}", after.shock_max), fmt::format("{:g}", *options.shock),
+                          after.shock_max <= *options.shock * (1 + 1e-9)});
     if (options.variation)
-        checks.push_back({"H-variation of the graded map", fmt::format("{:.6g}", after.variation_max), fmt::format("{:g}", *options.variation), after.variation_max <= *options.variation * (1 + 1e-9)});
+        checks.push_back({"H-variation of the graded map", fmt::format("{:.6g}", after.variation_max),
+                          fmt::format("{:g}", *options.variation), after.variation_max <= *options.variation * (1 + 1e-9)});
     if (options.method == GradationMethod::Full)
-        checks.push_back({"gradient on triangles", fmt::format("{:.6g}", after.gradient_max), fmt::format("{:.6g}", result.gradient_bound), after.gradient_max <= result.gradient_bound * (1 + 1e-6)});
+        checks.push_back({"gradient on triangles", fmt::format("{:.6g}", after.gradient_max), fmt::format("{:.6g}", result.gradient_bound),
+                          after.gradient_max <= result.gradient_bound * (1 + 1e-6)});
     page.checks(checks);
     page.table({"size map", "before", "after"}, {{"H-shock, largest", number(before.shock_max), number(after.shock_max)},
                                                  {"H-shock, 99.9 %", number(before.shock_p999), number(after.shock_p999)},

@@ -16,7 +16,7 @@ namespace gradus::app {
 namespace {
 
 constexpr double kEnlarged = 0.13;  // width of an enlargement, fraction of the extent of the mesh
-constexpr int kCandidates = 40;       // places compared for each enlargement
+constexpr int kCandidates = 40;     // places compared for each enlargement
 constexpr double kFacing = 0.7;     // least cosine between the view and the normal of an enlarged place
 constexpr double kApart = 0.6;      // least distance of two enlarged places on one part, the same
 
@@ -37,7 +37,8 @@ std::vector<Eigen::Vector3d> normals_of(const SurfaceMesh& mesh) {
 }
 
 // Whether a ray from `from` meets a triangle. [Moeller, Trumbore 1997]
-bool meets(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+bool meets(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+           const Eigen::Vector3d& c) {
     const Eigen::Vector3d e1 = b - a, e2 = c - a, p = way.cross(e2), s = from - a, q = s.cross(e1);
     const double det = e1.dot(p);
     if (std::abs(det) < 1e-300) return false;
@@ -46,9 +47,8 @@ bool meets(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Eigen:
 }
 
 bool is_seen(const SurfaceMesh& mesh, const Eigen::Vector3d& from, const Eigen::Vector3d& way) {
-    return std::none_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
-        return meets(from, way, mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
-    });
+    return std::none_of(mesh.triangles.begin(), mesh.triangles.end(),
+                        [&](const Triangle& t) { return meets(from, way, mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]); });
 }
 
 struct Place {
@@ -83,12 +83,14 @@ std::vector<Place> abrupt_places(const SurfaceMesh& mesh, double reach) {
                         high = std::max(high, near->second.high);
         places.push_back({cube.finest, high / cube.low});
     }
-    std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.ratio != b.ratio ? a.ratio > b.ratio : a.vertex < b.vertex; });
+    std::sort(places.begin(), places.end(),
+              [](const Place& a, const Place& b) { return a.ratio != b.ratio ? a.ratio > b.ratio : a.vertex < b.vertex; });
     return places;
 }
 
 // Looks along the normal, rather from above and from the side of the usual view; nothing if the place is hidden from everywhere.
-std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& normal, double extent) {
+std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& normal,
+                                       double extent) {
     std::vector<Eigen::Vector3d> ways;
     for (const double height : {0.35, 0.8, 0.0, 1.6, -0.5})
         for (int k = 0; k < 16; ++k) {
@@ -106,8 +108,6 @@ std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vec
 }
 
 }  // namespace
-
-std::vector<double> shocks_of(const SurfaceMesh& mesh) { return vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes); }
 
 std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
     const double extent = extent_of(mesh);
@@ -142,29 +142,28 @@ std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
     return cameras;
 }
 
-Image draw(const SurfaceMesh& mesh, const Camera& camera, Show show, const std::optional<Range>& range) {
-    DrawnMesh drawn{.points = mesh.points, .triangles = mesh.triangles, .features = mesh.features};
+Image draw(const SurfaceMesh& mesh, const Camera& camera) {
+    return render({.points = mesh.points, .triangles = mesh.triangles, .features = mesh.features}, camera);
+}
+
+Image draw(const SizedTriangles& map, Quantity quantity, const std::optional<Range>& range) {
     std::vector<double> shocks;
-    RenderOptions options;
-    if (show == Show::Edges) return render(drawn, camera, options);
-    options.edge_width = 0;
-    if (show == Show::Size) {
-        drawn.field = ScalarField{.values = mesh.sizes, .scale = Scale::Logarithmic, .range = range, .title = "size"};
-    } else {
-        shocks = shocks_of(mesh);
-        drawn.field = ScalarField{.values = shocks, .scale = Scale::Logarithmic, .range = range, .title = "H-shock"};
-    }
-    return render(drawn, camera, options);
+    if (quantity == Quantity::Shock) shocks = vertex_shocks(make_mesh(map.points, map.triangles), map.sizes);
+    const ScalarField field{.values = quantity == Quantity::Size ? map.sizes : shocks,
+                            .scale = Scale::Logarithmic,
+                            .range = range,
+                            .title = quantity == Quantity::Size ? "size" : "H-shock"};
+    return render({.points = map.points, .triangles = map.triangles, .field = field}, {}, {.edge_width = 0});
 }
 
 std::vector<Picture> pictures_of(const SurfaceMesh& mesh) {
     std::vector<Picture> pictures;
-    pictures.push_back({"mesh", fmt::format("{} triangles", mesh.triangles.size()), draw(mesh, {}, Show::Edges)});
-    pictures.push_back({"size", "sizes asked for", draw(mesh, {}, Show::Size)});
+    pictures.push_back({"mesh", fmt::format("{} triangles", mesh.triangles.size()), draw(mesh)});
+    pictures.push_back({"size", "sizes asked for", draw(SizedTriangles{mesh.points, mesh.triangles, mesh.sizes}, Quantity::Size)});
     int number = 0;
     for (const Camera& camera : enlargements(mesh, 2)) {
         const std::string index = std::to_string(++number);
-        pictures.push_back({"enlargement-" + index, "where sizes change most, " + index, draw(mesh, camera, Show::Edges)});
+        pictures.push_back({"enlargement-" + index, "where sizes change most, " + index, draw(mesh, camera)});
     }
     return pictures;
 }

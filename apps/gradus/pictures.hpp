@@ -11,7 +11,7 @@
 namespace gradus::app {
 
 struct Picture {
-    std::string name;   ///< of the file, without extension
+    std::string name;  ///< of the file, without extension
     std::string title;
     Image image;
 };
@@ -20,15 +20,18 @@ struct Picture {
 /// the mesh, or far apart on one.
 std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count);
 
-enum class Show {
-    Edges,  ///< the mesh
-    Size,   ///< coloured by size
-    Shock   ///< coloured by the H-shock of the sizes
-};
-Image draw(const SurfaceMesh& mesh, const Camera& camera, Show show, const std::optional<Range>& range = {});
+/// The mesh, its feature edges heavy.
+Image draw(const SurfaceMesh& mesh, const Camera& camera = {});
 
-/// H-shocks of the sizes at the vertices of a mesh.
-std::vector<double> shocks_of(const SurfaceMesh& mesh);
+/// A size map: triangles with a size at each vertex.
+struct SizedTriangles {
+    std::span<const Eigen::Vector3d> points;
+    std::span<const Triangle> triangles;
+    std::span<const double> sizes;
+};
+enum class Quantity { Size, Shock };
+/// Coloured by size, or by the H-shock of the sizes, on a logarithmic scale.
+Image draw(const SizedTriangles& map, Quantity quantity, const std::optional<Range>& range = {});
 
 /// Whole, sizes, two enlargements.
 std::vector<Picture> pictures_of(const SurfaceMesh& mesh);

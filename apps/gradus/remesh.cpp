@@ -36,7 +36,7 @@ constexpr double kDefaultShock = 1.5;
 // The size map a mesh is made for, and how it came about.
 struct Map {
     SizedBackground sized;
-    std::optional<SizingRule> rule;           // where sizes come from curvature
+    std::optional<SizingRule> rule;  // where sizes come from curvature
     std::optional<GradationResult> gradation;
 };
 
@@ -49,8 +49,10 @@ void check_options(const Options& options) {
     check_distinct(outputs);
     if (!options.background.empty() && options.sizes.empty()) throw UsageError("--background needs --size, the sizes at its vertices");
     const SizingOptions& s = options.sizing;
-    if (!options.sizes.empty() && (s.alpha || s.relative_chord_error || s.chord_error || s.normal_angle || s.hmin || s.hmax || !s.at.empty()))
-        throw UsageError("--size gives all sizes; leave out --alpha, --hmin, --hmax, --size-at and the like, or use them in gradus sizemap");
+    if (!options.sizes.empty() &&
+        (s.alpha || s.relative_chord_error || s.chord_error || s.normal_angle || s.hmin || s.hmax || !s.at.empty()))
+        throw UsageError(
+            "--size gives all sizes; leave out --alpha, --hmin, --hmax, --size-at and the like, or use them in gradus sizemap");
     if (!options.pictures.empty()) make_folder(options.pictures);
 }
 
@@ -63,16 +65,17 @@ SizedBackground read_map(const Options& options, const PatchModel& model) {
 void require_finite(const std::string& path, std::span<const double> sizes) {
     const auto unset = std::find_if(sizes.begin(), sizes.end(), [](double h) { return !std::isfinite(h); });
     if (unset != sizes.end())
-        throw Failure(fmt::format("{}: vertex {} has no size; leave out --no-gradation, or grade the map first", path, unset - sizes.begin() + 1));
+        throw Failure(
+            fmt::format("{}: vertex {} has no size; leave out --no-gradation, or grade the map first", path, unset - sizes.begin() + 1));
 }
 
 Map make_map(const Options& options, const PatchModel& model, const std::optional<GradationOptions>& gradation, Stages& stages) {
     Map map;
     if (options.sizes.empty()) {
         map.rule = rule_of(options.sizing, limits_for(model.diagonal()));
-        map.sized = background_for(model, *map.rule, options.max_triangles, stages);
+        map.sized = background_for(model, *map.rule, stages);
         if (!gradation) return map;
-        GradedMap graded = grade_refining(model, *map.rule, *gradation, options.max_triangles, map.sized, stages);
+        GradedMap graded = grade_refining(model, *map.rule, *gradation, map.sized, stages);
         map.sized.sizes = std::move(graded.sizes);
         map.gradation = std::move(graded.result);
         return map;
@@ -90,7 +93,8 @@ std::string gradation_line(const GradationOptions& options, const Map& map) {
                        100.0 * map.gradation->lowered / static_cast<double>(map.sized.sizes.size()), map.gradation->met ? "" : ", NOT met");
 }
 
-void write_report(const Options& options, const std::optional<GradationOptions>& gradation, const Map& map, const MeshReport& report, const std::vector<Picture>& pictures) {
+void write_report(const Options& options, const std::optional<GradationOptions>& gradation, const Map& map, const MeshReport& report,
+                  const std::vector<Picture>& pictures) {
     if (extension_of(options.report) == ".json") return write(options.report, json_of(report));
     HtmlReport page("Mesh of " + options.in, map.rule ? to_text(*map.rule) : "sizes of " + options.sizes);
     page.section("Mesh");
@@ -115,7 +119,8 @@ int run_remesh(const Options& options) {
     Map map = make_map(options, model, gradation, stages);
     const ControlSpace control = stages.run("control space", [&] { return ControlSpace(map.sized.background, map.sized.sizes); });
     const RemeshResult result = stages.run("meshing", [&] {
-        return remesh(model, control, {.fast = options.fast, .max_triangles = static_cast<double>(options.max_triangles), .threads = session.threads});
+        return remesh(model, control,
+                      {.fast = options.fast, .max_triangles = static_cast<double>(options.max_triangles), .threads = session.threads});
     });
     const SurfaceMesh& mesh = result.mesh;
     stages.run("writing", [&] {
@@ -146,8 +151,9 @@ int run_remesh(const Options& options) {
         session.say(map.rule ? fmt::format("sizes: {}; background of {} vertices\n", to_text(*map.rule), grouped(map.sized.sizes.size()))
                              : fmt::format("sizes: {}, {} vertices\n", options.sizes, grouped(map.sized.sizes.size())));
         if (gradation) session.say(gradation_line(*gradation, map));
-        session.say(fmt::format("mesh: {} triangles ({} expected), {} vertices; area-length worst {:.3f}, mean {:.4f}\n", grouped(mesh.triangles.size()),
-                                grouped(std::llround(result.statistics.predicted_triangles)), grouped(mesh.points.size()), shape.worst, shape.mean));
+        session.say(fmt::format("mesh: {} triangles ({} expected), {} vertices; area-length worst {:.3f}, mean {:.4f}\n",
+                                grouped(mesh.triangles.size()), grouped(std::llround(result.statistics.predicted_triangles)),
+                                grouped(mesh.points.size()), shape.worst, shape.mean));
         session.say("time: " + text_of(stages.times()));
         session.say(fmt::format("wrote {}\n", fmt::join(files, " ")));
     }
@@ -164,7 +170,8 @@ int run_remesh(const Options& options) {
                   {"stages", json_of(stages.times())},
                   {"meshing", Json::array()},
                   {"files", files}};
-        for (const auto& [name, seconds] : result.statistics.seconds) json["meshing"].push_back({{"name", name.substr(name.find_first_not_of(' '))}, {"seconds", seconds}});
+        for (const auto& [name, seconds] : result.statistics.seconds)
+            json["meshing"].push_back({{"name", name.substr(name.find_first_not_of(' '))}, {"seconds", seconds}});
         print(session, json);
     }
     return met ? kMet : kFailed;
@@ -176,18 +183,24 @@ void add_remesh(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("remesh", "Mesh a surface");
     const auto options = std::make_shared<Options>();
     command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez")->required();
-    command.add_option("-o,--output", options->out, "Mesh, in the format of the extension: .obj .off .ply .stl .mesh .meshb .vtu; may be repeated")
+    command
+        .add_option("-o,--output", options->out,
+                    "Mesh, in the format of the extension: .obj .off .ply .stl .mesh .meshb .vtu; may be repeated")
         ->required()
         ->type_name("OUT")
         ->type_size(1)
         ->allow_extra_args(false)
         ->take_all();
-    command.add_option("--size", options->sizes, "Size map, one size per vertex of the background; without it sizes follow from curvature")->type_name("MAP.sol");
-    command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")->type_name("BG.mesh");
+    command.add_option("--size", options->sizes, "Size map, one size per vertex of the background; without it sizes follow from curvature")
+        ->type_name("MAP.sol");
+    command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")
+        ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
     add_gradation(command, options->gradation, GradationNeeded::No);
     command.add_flag("--fast", options->fast, "Smooth shapes only, do not search for better ones");
-    command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")->type_name("N")->check(CLI::Range(100, 1'000'000'000).description(""));
+    command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")
+        ->type_name("N")
+        ->check(CLI::Range(100, 1'000'000'000).description(""));
     command.add_option("--report", options->report, "Measure the mesh and write a report")->type_name("R.html|R.json");
     command.add_option("--pictures", options->pictures, "Draw pictures into this folder")->type_name("DIR");
     add_session(command, options->session);

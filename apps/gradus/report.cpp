@@ -30,8 +30,8 @@ struct Placing {
     std::size_t from_file = 0;
 };
 
-// Where parts of a surface run through each other the closest point may be on either: each connected part of the mesh keeps to the component
-// that most of its vertices are on, and strays are found again from a neighbour.
+// Where parts of a surface run through each other the closest point may be on either: each connected part of the mesh keeps to the
+// component that most of its vertices are on, and strays are found again from a neighbour.
 void keep_to_components(const PatchModel& model, const TriangleSoup& soup, std::vector<SurfacePoint>& places) {
     const std::vector<int> part = connected_parts(soup.points.size(), soup.triangles);
     std::map<int, std::map<int, int>> votes;  // of each part, for each component
@@ -138,7 +138,9 @@ int run_report(const Options& options) {
         else write_page(options, report);
     }
     options.session.say(options.mesh + "\n" + to_text(report));
-    if (model) options.session.say(fmt::format("\nplaces on {}: {} vertices from the file, {} found\n", options.reference, grouped(placing.from_file), grouped(soup.points.size() - placing.from_file)));
+    if (model)
+        options.session.say(fmt::format("\nplaces on {}: {} vertices from the file, {} found\n", options.reference,
+                                        grouped(placing.from_file), grouped(soup.points.size() - placing.from_file)));
     if (!options.out.empty()) options.session.say(fmt::format("wrote {}\n", options.out));
     print(options.session, json_of(report));
     return kMet;
@@ -152,7 +154,8 @@ void add_report(CLI::App& app, Run& run) {
     command.add_option("MESH", options->mesh, "Triangle mesh: .mesh .meshb .obj .off .ply .stl")->required();
     command.add_option("--reference", options->reference, "The surface it stands for: Bezier patches")->type_name("IN");
     command.add_option("--size", options->sizes, "Size map it was made for")->type_name("MAP.sol");
-    command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")->type_name("BG.mesh");
+    command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")
+        ->type_name("BG.mesh");
     command.add_option("-o,--output", options->out, "Write the report to a file as well")->type_name("R.html|R.json");
     add_session(command, options->session);
     run_with(command, run, options, run_report);

@@ -16,6 +16,7 @@ std::string bound(const std::optional<double>& value) { return value ? fmt::form
 }  // namespace
 
 std::string text_of(const std::string& path, const PatchModel& model) {
+    if (model.num_patches() == 1) return fmt::format("{}: one patch, diagonal {:.4g}\n", path, model.diagonal());
     return fmt::format("{}: {} patches in {} component{}, diagonal {:.4g}\n", path, model.num_patches(), model.num_components(),
                        model.num_components() == 1 ? "" : "s", model.diagonal());
 }
@@ -33,11 +34,13 @@ std::string text_of(const GradationOptions& options, const GradationResult& resu
     text += fmt::format("  {} of {} vertices lowered ({:.1f} %)", grouped(result.lowered), grouped(vertices),
                         100.0 * result.lowered / static_cast<double>(std::max<std::size_t>(vertices, 1)));
     if (result.lowered > 0)
-        text += std::isfinite(result.largest_factor) ? fmt::format(", by a factor of {:.3g} at most", result.largest_factor) : ", some of them unset before";
+        text += std::isfinite(result.largest_factor) ? fmt::format(", by a factor of {:.3g} at most", result.largest_factor)
+                                                     : ", some of them unset before";
     text += "\n";
     if (!result.conflicts.empty()) text += fmt::format("  {} required sizes stand against the bound\n", result.conflicts.size());
     if (result.coarse_edges > 0)
-        text += fmt::format("  {} edges of the background are too coarse for their sizes: a finer one would allow larger sizes\n", grouped(result.coarse_edges));
+        text += fmt::format("  {} edges of the background are too coarse for their sizes: a finer one would allow larger sizes\n",
+                            grouped(result.coarse_edges));
     if (!result.converged) text += "  NOT converged\n";
     text += result.met ? "  the bound is met\n" : "  the bound is NOT met\n";
     return text;

@@ -12,7 +12,7 @@ constexpr double kMargin = 0.9;      // of the metric length from which an edge 
 
 }  // namespace
 
-SizedBackground background_for(const PatchModel& model, const SizingRule& rule, int max_triangles, Stages& stages) {
+SizedBackground background_for(const PatchModel& model, const SizingRule& rule, Stages& stages, int max_triangles) {
     return stages.run("background", [&] {
         SizedBackground sized = make_background(model, rule, {.max_triangles = max_triangles});
         if (!sized.resolved) throw std::length_error("the background mesh needs more than " + grouped(max_triangles) + " triangles");
@@ -20,7 +20,7 @@ SizedBackground background_for(const PatchModel& model, const SizingRule& rule, 
     });
 }
 
-GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const GradationOptions& gradation, int max_triangles, SizedBackground& sized,
+GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const GradationOptions& gradation, SizedBackground& sized,
                          Stages& stages) {
     return stages.run("gradation", [&] {
         GradedMap map{sized.sizes, {}};
@@ -28,7 +28,7 @@ GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const 
         while (map.result.coarse_edges > 0 && map.refinements < kMostRefinements) {
             stages.detail(grouped(map.result.coarse_edges) + " edges are too coarse");
             const double longest = kMargin * kCoarseEdge / std::log(*gradation.shock);
-            const int cuts = refine_for_gradation(model, rule, longest, sized, map.sizes, max_triangles);
+            const int cuts = refine_for_gradation(model, rule, longest, sized, map.sizes);
             if (cuts == 0) break;
             ++map.refinements;
             map.cuts += cuts;

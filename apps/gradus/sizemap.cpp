@@ -41,7 +41,7 @@ int run_sizemap(const Options& options) {
     const PatchModel model = stages.run("reading", [&] { return load_model(options.in); });
     const SizingRule rule = rule_of(options.sizing, limits_for(model.diagonal()));
     const SizedBackground sized =
-        given ? on_given_background(model, rule, mesh_path, stages) : background_for(model, rule, options.max_triangles, stages);
+        given ? on_given_background(model, rule, mesh_path, stages) : background_for(model, rule, stages, options.max_triangles);
     const auto [smallest, largest] = std::minmax_element(sized.sizes.begin(), sized.sizes.end());
     const double predicted = ControlSpace(sized.background, sized.sizes).predicted_triangles();
     const GradationReport measures = stages.run("measures", [&] { return measure_gradation(sized.background.mesh, sized.sizes); });
@@ -54,10 +54,11 @@ int run_sizemap(const Options& options) {
     session.say(text_of(options.in, model));
     session.say(fmt::format("sizes: {}; {:.4g} to {:.4g} on the surface, {} triangles expected\n", to_text(rule), *smallest, *largest,
                             grouped(std::llround(predicted))));
-    session.say(fmt::format("background: {} vertices, {} triangles, {}\n", grouped(sized.sizes.size()), grouped(sized.background.patch.size()),
+    session.say(fmt::format("background: {} vertices, {} triangles, {}\n", grouped(sized.sizes.size()),
+                            grouped(sized.background.patch.size()),
                             given ? "as given" : fmt::format("sizes within {:.1f} %", 100 * std::expm1(sized.largest_error))));
-    session.say(fmt::format("H-shock {:.4g} at most, 99.9 % below {:.4g}; H-variation {:.4g} at most\n", measures.shock_max, measures.shock_p999,
-                            measures.variation_max));
+    session.say(fmt::format("H-shock {:.4g} at most, 99.9 % below {:.4g}; H-variation {:.4g} at most\n", measures.shock_max,
+                            measures.shock_p999, measures.variation_max));
     session.say(given ? fmt::format("wrote {}\n", options.out) : fmt::format("wrote {} {}\n", options.out, mesh_path));
 
     Json files{options.out};
@@ -83,11 +84,14 @@ void add_sizemap(CLI::App& app, Run& run) {
     const auto options = std::make_shared<Options>();
     command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez")->required();
     command.add_option("-o,--output", options->out, "One size per vertex of the background mesh")->required()->type_name("MAP.sol");
-    command.add_option("--background", options->background,
-                       "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol)")
+    command
+        .add_option("--background", options->background,
+                    "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol)")
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
-    command.add_option("--max-triangles", options->max_triangles, "Refuse a larger background")->type_name("N")->check(CLI::Range(100, 1'000'000'000).description(""));
+    command.add_option("--max-triangles", options->max_triangles, "Refuse a larger background")
+        ->type_name("N")
+        ->check(CLI::Range(100, 1'000'000'000).description(""));
     add_session(command, options->session);
     run_with(command, run, options, run_sizemap);
 }

@@ -1,10 +1,10 @@
 #include "gradus/control/triangles_under.hpp"
 
-#include "gradus/mesh/closest.hpp"
-#include "gradus/mesh/parts.hpp"
-
 #include <algorithm>
 #include <limits>
+
+#include "gradus/mesh/closest.hpp"
+#include "gradus/mesh/parts.hpp"
 
 namespace gradus {
 

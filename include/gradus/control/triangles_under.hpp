@@ -1,10 +1,10 @@
 /// Which triangles of a background lie under a mesh that came from elsewhere.
 #pragma once
 
-#include "gradus/control/background.hpp"
-
 #include <span>
 #include <vector>
+
+#include "gradus/control/background.hpp"
 
 namespace gradus {
 

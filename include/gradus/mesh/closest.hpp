@@ -1,11 +1,11 @@
 /// Closest triangles.
 #pragma once
 
-#include "gradus/mesh/tri_mesh.hpp"
-
 #include <limits>
 #include <span>
 #include <vector>
+
+#include "gradus/mesh/tri_mesh.hpp"
 
 namespace gradus {
 
@@ -22,8 +22,8 @@ class ClosestTriangle {
         int triangle = -1;
         double distance = std::numeric_limits<double>::infinity();
     };
-    /// The closest triangle, the one of least index where several are equally close. Logarithmic in the number of triangles for a point near
-    /// them. @pre p is finite
+    /// The closest triangle, the one of least index where several are equally close. Logarithmic in the number of triangles for a point
+    /// near them. @pre p is finite
     Hit closest(const Eigen::Vector3d& p) const;
 
   private:
@@ -33,8 +33,8 @@ class ClosestTriangle {
     };
     struct Node {
         Box box;
-        int first, last;   // range of chosen_
-        int right = -1;    // second child, the first one follows this node; -1: leaf
+        int first, last;  // range of chosen_
+        int right = -1;   // second child, the first one follows this node; -1: leaf
     };
     int build(int first, int last);
     void descend(int node, const Eigen::Vector3d& p, double& squared, int& triangle) const;
