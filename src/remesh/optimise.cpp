@@ -13,7 +13,7 @@ namespace {
 constexpr double kLongest = std::numbers::sqrt2;       // metric lengths between which an edge counts as unit
 constexpr double kShortest = 1 / std::numbers::sqrt2;
 constexpr double kValenceWorth = 0.15;  // energy that one unit of valence penalty is worth to a flip
-constexpr int kFitRounds = 3;
+constexpr int kFitRounds = 2;
 constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 constexpr double kWorstAttemptsPerVertex = 2;   // bound on the attempts for the worst triangles
@@ -293,13 +293,13 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options) {
     {
         const Stopwatch watch(report.smooth_seconds);
         report.flips += flip_edges(editor);
-        smooth(editor, options.fast ? 1 : 4);
+        smooth(editor, options.fast ? 1 : 2);
     }
     if (!options.fast) {
         {
             const Stopwatch watch(report.attempt_seconds);
             attempt_for_mean(editor, report);
-            smooth(editor, 3);
+            smooth(editor, 2);
         }
         const Stopwatch watch(report.worst_seconds);
         attempt_for_worst(editor, options, report);
