@@ -65,6 +65,30 @@ Connectivity::Connectivity(int num_vertices, std::span<const Triangle> triangles
     }
 }
 
+Connectivity Connectivity::renumbered(std::span<const int> number, int num_vertices, std::span<const int> order) const {
+    std::vector<int> place(num_triangles(), kNone);
+    for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<int>(i);
+    const auto moved = [&](int h) { return h == kNone ? kNone : 3 * place[h / 3] + h % 3; };
+    Connectivity result;
+    result.origin_.reserve(3 * order.size());
+    result.twin_.reserve(3 * order.size());
+    result.tag_.reserve(3 * order.size());
+    for (const int t : order)
+        for (int h = 3 * t; h < 3 * t + 3; ++h) {
+            result.origin_.push_back(number[origin_[h]]);
+            result.twin_.push_back(moved(twin_[h]));
+            result.tag_.push_back(tag_[h]);
+        }
+    result.outgoing_.assign(num_vertices, kNone);
+    result.valence_.assign(num_vertices, 0);
+    for (int v = 0; v < this->num_vertices(); ++v) {
+        if (!is_live_vertex(v)) continue;
+        result.outgoing_[number[v]] = moved(outgoing_[v]);
+        result.valence_[number[v]] = valence_[v];
+    }
+    return result;
+}
+
 int Connectivity::find_edge(int a, int b) const {
     int found = kNone;
     for_each_outgoing(a, [&](int h) {

@@ -422,7 +422,7 @@ bool Editor::attempt(Operation operation, int h, Aim aim, double mean, Reach rea
     return done;
 }
 
-bool Editor::attempt_pair(Operation first, int h, double mean) {
+bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
     // Energy is measured two rings around, so that whatever the second operation moves is inside.
     std::vector<int> inner{mesh_.origin(h), mesh_.target(h), mesh_.apex(h)};
     if (mesh_.twin(h) >= 0) inner.push_back(mesh_.apex(mesh_.twin(h)));
@@ -450,13 +450,19 @@ bool Editor::attempt_pair(Operation first, int h, double mean) {
                 candidates.push_back(Connectivity::next(e));
             });
     for (const int e : candidates)
-        for (const Operation second : {Operation::Flip, Operation::Collapse}) {
-            // Two that undo each other, or that worsen valences, are not worth the try.
-            const bool hopeful = second == Operation::Flip ? can_flip(e) && flip_gain(e) >= 0 && flip_rise(e) < kHopefulRise
-                                                           : length(e) < 1 && collapse_gain(e) >= 0 && can_collapse(e);
-            if (!hopeful) continue;
+        for (const Operation second : {Operation::Flip, Operation::Collapse, Operation::Split}) {
+            const double l = length(e);
+            const bool possible = second == Operation::Flip ? can_flip(e) : second == Operation::Collapse ? l < 1 && can_collapse(e) : l > 1;
+            if (!possible) continue;
+            // Those that worsen valences, or the energy by much, rarely turn out well.
+            const bool hopeful = second == Operation::Flip       ? flip_gain(e) >= 0 && flip_rise(e) < kHopefulRise
+                                 : second == Operation::Collapse ? collapse_gain(e) >= 0
+                                                                 : false;
+            if (search == Search::Quick && !hopeful) continue;
             bool done = begin(two, second, e);
             if (done) {
+                const std::size_t known = region.size();
+                if (second == Operation::Split) region.push_back(two.around.front());
                 std::vector<int> around = two.around;
                 for (const int v : inner)
                     if (std::find(around.begin(), around.end(), v) == around.end()) around.push_back(v);
@@ -470,6 +476,7 @@ bool Editor::attempt_pair(Operation first, int h, double mean) {
                     if (after > enough && after - enough > 2 * (kPairRounds - round) * (last - after)) break;
                     last = after;
                 }
+                region.resize(known);
                 if (done) {
                     two.around = around;
                     keep(two);
@@ -511,21 +518,10 @@ void Editor::renumber() {
     for (std::size_t v = 0; v < order.size(); ++v) start[v + 1] += start[v];
     for (int t = 0; t < mesh_.num_triangles(); ++t)
         if (mesh_.is_live_triangle(t)) triangles[start[first_of(t)]++] = t;
-    std::vector<Triangle> renamed;
-    std::vector<int> tags;
-    renamed.reserve(triangles.size());
-    tags.reserve(3 * triangles.size());
-    for (const int t : triangles) {
-        const Triangle v = mesh_.triangle(t);
-        renamed.push_back({number[v[0]], number[v[1]], number[v[2]]});
-        for (int h = 3 * t; h < 3 * t + 3; ++h) tags.push_back(mesh_.tag(h));
-    }
     std::vector<Vertex> vertices(order.size());
     for (std::size_t i = 0; i < order.size(); ++i) vertices[i] = vertices_[order[i]];
     vertices_ = std::move(vertices);
-    mesh_ = Connectivity(static_cast<int>(order.size()), renamed);
-    for (std::size_t h = 0; h < tags.size(); ++h)
-        if (tags[h] >= 0) mesh_.set_tag(static_cast<int>(h), tags[h]);
+    mesh_ = mesh_.renumbered(number, static_cast<int>(order.size()), triangles);
     stamp_.assign(mesh_.num_triangles(), 0);
     stamp_now_ = 0;
 }

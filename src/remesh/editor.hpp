@@ -115,7 +115,8 @@ class Editor {
     enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too
     bool attempt(Operation operation, int h, Aim aim, double mean, Reach reach = Reach::Near);
     // The same for two operations in a row, the second on any edge around: a way out where each alone makes things worse.
-    bool attempt_pair(Operation first, int h, double mean);
+    enum class Search { Quick, Thorough };  // second operations that look promising, or all
+    bool attempt_pair(Operation first, int h, double mean, Search search);
     // Vertices around the last operation that was kept.
     const std::vector<int>& touched() const { return touched_; }
 

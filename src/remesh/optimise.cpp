@@ -21,6 +21,7 @@ constexpr int kWorstRounds = 12;
 constexpr double kHopefulFlip = 1;     // rise of the energy, before anything moves, up to which a flip is tried
 constexpr double kHopefulFlipWide = 1.6;  // the same where the neighbours move too
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
+constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
 constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
 constexpr double kSameQuality = 1e-4;  // a triangle that changed less is not tried again
 
@@ -217,7 +218,8 @@ bool improve_around(Editor& editor, int t, const Triangle& corners, double mean,
 bool improve_by_pairs(Editor& editor, int t, const OptimiseOptions& options, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     std::vector<int> edges{3 * t, 3 * t + 1, 3 * t + 2};
-    if (editor.quality(t) < options.goal - kVeryBad)
+    const auto search = editor.quality(t) < options.goal - kVeryBad ? Editor::Search::Thorough : Editor::Search::Quick;
+    if (search == Editor::Search::Thorough)
         for (const int v : mesh.triangle(t))
             mesh.for_each_outgoing(v, [&](int h) {
                 edges.push_back(h);
@@ -227,7 +229,7 @@ bool improve_by_pairs(Editor& editor, int t, const OptimiseOptions& options, dou
         const int g = mesh.twin(h);
         const auto attempt = [&](Editor::Operation operation, int halfedge) {
             ++report.worst_attempts;
-            return editor.attempt_pair(operation, halfedge, mean);
+            return editor.attempt_pair(operation, halfedge, mean, search);
         };
         if ((editor.can_flip(h) && attempt(Editor::Operation::Flip, h)) || (editor.can_collapse(h) && attempt(Editor::Operation::Collapse, h)) ||
             (g >= 0 && editor.can_collapse(g) && attempt(Editor::Operation::Collapse, g)) || attempt(Editor::Operation::Split, h)) {
@@ -274,6 +276,15 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         if (mesh.is_live_triangle(t) && editor.quality(t) < options.goal) ++report.below_goal;
 }
 
+// Without a search the worst triangles still get better by moving their corners for their sake.
+void relax_worst(Editor& editor) {
+    const Connectivity& mesh = editor.mesh();
+    for (int t = 0; t < mesh.num_triangles(); ++t) {
+        if (!mesh.is_live_triangle(t) || editor.quality(t) >= kPoor) continue;
+        for (const int v : mesh.triangle(t)) editor.relax(v, Aim::Worst);
+    }
+}
+
 }  // namespace
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options) {
@@ -304,6 +315,7 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options) {
         const Stopwatch watch(report.worst_seconds);
         attempt_for_worst(editor, options, report);
     }
+    if (options.fast) relax_worst(editor);
     editor.renumber();
     return report;
 }

@@ -21,6 +21,9 @@ class Connectivity {
     ///         vertex whose triangles form more than one fan
     Connectivity(int num_vertices, std::span<const Triangle> triangles);
 
+    /// The same mesh with other numbers: vertex v becomes number[v] (removed ones aside), triangle order[i] becomes i.
+    Connectivity renumbered(std::span<const int> number, int num_vertices, std::span<const int> order) const;
+
     int num_triangles() const { return static_cast<int>(origin_.size() / 3); }  ///< including removed ones
     int num_vertices() const { return static_cast<int>(outgoing_.size()); }     ///< including removed ones
     int num_live_triangles() const { return num_triangles() - static_cast<int>(free_triangles_.size()); }
