@@ -500,26 +500,25 @@ void Editor::renumber() {
                     }
             });
     }
-    struct Keyed {
-        int key;
-        int triangle;
-    };
-    std::vector<Keyed> triangles;
-    triangles.reserve(mesh_.num_live_triangles());
-    for (int t = 0; t < mesh_.num_triangles(); ++t) {
-        if (!mesh_.is_live_triangle(t)) continue;
+    // Triangles by their first vertex, as a counting sort.
+    const auto first_of = [&](int t) {
         const Triangle v = mesh_.triangle(t);
-        triangles.push_back({std::min({number[v[0]], number[v[1]], number[v[2]]}), t});
-    }
-    std::sort(triangles.begin(), triangles.end(), [](const Keyed& a, const Keyed& b) { return std::pair(a.key, a.triangle) < std::pair(b.key, b.triangle); });
+        return std::min({number[v[0]], number[v[1]], number[v[2]]});
+    };
+    std::vector<int> start(order.size() + 1, 0), triangles(mesh_.num_live_triangles());
+    for (int t = 0; t < mesh_.num_triangles(); ++t)
+        if (mesh_.is_live_triangle(t)) ++start[first_of(t) + 1];
+    for (std::size_t v = 0; v < order.size(); ++v) start[v + 1] += start[v];
+    for (int t = 0; t < mesh_.num_triangles(); ++t)
+        if (mesh_.is_live_triangle(t)) triangles[start[first_of(t)]++] = t;
     std::vector<Triangle> renamed;
     std::vector<int> tags;
     renamed.reserve(triangles.size());
     tags.reserve(3 * triangles.size());
-    for (const Keyed& k : triangles) {
-        const Triangle v = mesh_.triangle(k.triangle);
+    for (const int t : triangles) {
+        const Triangle v = mesh_.triangle(t);
         renamed.push_back({number[v[0]], number[v[1]], number[v[2]]});
-        for (int h = 3 * k.triangle; h < 3 * k.triangle + 3; ++h) tags.push_back(mesh_.tag(h));
+        for (int h = 3 * t; h < 3 * t + 3; ++h) tags.push_back(mesh_.tag(h));
     }
     std::vector<Vertex> vertices(order.size());
     for (std::size_t i = 0; i < order.size(); ++i) vertices[i] = vertices_[order[i]];

@@ -87,6 +87,8 @@ class Editor {
     double energy(int t) const;
     double quality(int t) const;
     double length(int h) const;  // in the metric
+    double longest_length(int h) const { return bound_length<true>(h); }    // at least length(h), and cheap
+    double shortest_length(int h) const { return bound_length<false>(h); }  // at most
 
     // Moves v to lower the energy of its triangles by a Newton step, cut back until it does.
     // Returns the distance moved over the size (0 when it stayed).
@@ -121,6 +123,11 @@ class Editor {
     void renumber();
 
   private:
+    template <bool longest>
+    double bound_length(int h) const {
+        const Vertex &a = vertices_[mesh_.origin(h)], &b = vertices_[mesh_.target(h)];
+        return (a.p - b.p).norm() / (longest ? std::min(a.h, b.h) : std::max(a.h, b.h));
+    }
     double ring_energy(int v, const Vertex& x, Aim aim) const;
     double energy_around(const std::vector<int>& around, Aim aim, double mean);
     void set_vertex(int v, const Vertex& x);

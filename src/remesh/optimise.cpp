@@ -13,7 +13,7 @@ namespace {
 constexpr double kLongest = std::numbers::sqrt2;       // metric lengths between which an edge counts as unit
 constexpr double kShortest = 1 / std::numbers::sqrt2;
 constexpr double kValenceWorth = 0.15;  // energy that one unit of valence penalty is worth to a flip
-constexpr int kFitRounds = 3;
+constexpr int kFitRounds = 2;
 constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 constexpr double kWorstAttemptsPerVertex = 2;   // bound on the attempts for the worst triangles
@@ -39,13 +39,14 @@ struct LengthAt {
     int halfedge;
 };
 
-// Each edge once, where `wanted` says so.
-template <class Wanted>
-std::vector<LengthAt> edges_where(const Editor& editor, const Wanted& wanted) {
+// Each edge once, where `wanted` says so of its length; `possible` is a cheap test before that.
+template <class Possible, class Wanted>
+std::vector<LengthAt> edges_where(const Editor& editor, const Possible& possible, const Wanted& wanted) {
     const Connectivity& mesh = editor.mesh();
     std::vector<LengthAt> edges;
     for (int h = 0; h < 3 * mesh.num_triangles(); ++h) {
         if (!mesh.is_live_triangle(h / 3) || (mesh.twin(h) >= 0 && mesh.twin(h) < h)) continue;
+        if (!possible(h)) continue;
         const double length = editor.length(h);
         if (wanted(length)) edges.push_back({length, h});
     }
@@ -55,7 +56,7 @@ std::vector<LengthAt> edges_where(const Editor& editor, const Wanted& wanted) {
 int split_long(Editor& editor) {
     int splits = 0;
     for (int pass = 0; pass < 40; ++pass) {
-        auto edges = edges_where(editor, [](double l) { return l > kLongest; });
+        auto edges = edges_where(editor, [&](int h) { return editor.longest_length(h) > kLongest; }, [](double l) { return l > kLongest; });
         std::sort(edges.begin(), edges.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(-a.length, a.halfedge) < std::pair(-b.length, b.halfedge); });
         int done = 0;
         for (const LengthAt& e : edges)
@@ -70,7 +71,7 @@ int collapse_short(Editor& editor) {
     const Connectivity& mesh = editor.mesh();
     int collapses = 0;
     for (int pass = 0; pass < 40; ++pass) {
-        auto edges = edges_where(editor, [](double l) { return l < kShortest; });
+        auto edges = edges_where(editor, [&](int h) { return editor.shortest_length(h) < kShortest; }, [](double l) { return l < kShortest; });
         std::sort(edges.begin(), edges.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(a.length, a.halfedge) < std::pair(b.length, b.halfedge); });
         int done = 0;
         for (const LengthAt& e : edges) {
@@ -277,29 +278,28 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options) {
     OptimiseReport report;
-    editor.renumber();
     {
         const Stopwatch watch(report.fit_seconds);
-        for (int round = 0; round < kFitRounds; ++round) {
-            const int splits = split_long(editor), collapses = collapse_short(editor);
-            report.splits += splits;
-            report.collapses += collapses;
+        const int rounds = options.fast ? 1 : kFitRounds;
+        for (int round = 0; round < rounds; ++round) {
+            report.splits += split_long(editor);
+            report.collapses += collapse_short(editor);
+            // What is next to each other in space is next to each other in memory from here on.
+            if (round == 0) editor.renumber();
             report.flips += flip_edges(editor);
             smooth(editor, 2);
-            if (splits + collapses == 0 && round > 0) break;
-            editor.renumber();
         }
     }
     {
         const Stopwatch watch(report.smooth_seconds);
         report.flips += flip_edges(editor);
-        smooth(editor, 4);
+        smooth(editor, options.fast ? 1 : 2);
     }
     if (!options.fast) {
         {
             const Stopwatch watch(report.attempt_seconds);
             attempt_for_mean(editor, report);
-            smooth(editor, 3);
+            smooth(editor, 2);
         }
         const Stopwatch watch(report.worst_seconds);
         attempt_for_worst(editor, options, report);
