@@ -118,10 +118,10 @@ int run_remesh(const Options& options) {
     const PatchModel model = stages.run("reading", [&] { return load_model(options.in); });
     Map map = make_map(options, model, gradation, stages);
     const ControlSpace control = stages.run("control space", [&] { return ControlSpace(map.sized.background, map.sized.sizes); });
-    const RemeshResult result = stages.run("meshing", [&] {
-        return remesh(model, control,
-                      {.fast = options.fast, .max_triangles = static_cast<double>(options.max_triangles), .threads = session.threads});
-    });
+    RemeshOptions remesh_options{
+        .fast = options.fast, .max_triangles = static_cast<double>(options.max_triangles), .threads = session.threads};
+    if (map.rule && !gradation) remesh_options.goal = kUngradedGoal;
+    const RemeshResult result = stages.run("meshing", [&] { return remesh(model, control, remesh_options); });
     const SurfaceMesh& mesh = result.mesh;
     stages.run("writing", [&] {
         for (const std::string& path : options.out) write_surface_mesh(path, model, mesh);
