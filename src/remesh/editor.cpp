@@ -181,7 +181,7 @@ double Editor::relax(int v, Aim aim) {
         set_vertex(v, *moved);
         return part;
     }
-    if (!d.folded || x.bound != Bound::Free) return 0;
+    if (!(d.folded || aim == Aim::Worst) || x.bound != Bound::Free) return 0;
     // Where the surface bends within one edge the penalty rules: the best of a few directions.
     double least = d.value;
     std::optional<Vertex> best;
