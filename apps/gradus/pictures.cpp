@@ -107,6 +107,25 @@ std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vec
     return std::nullopt;
 }
 
+// Where a view of that width is filled best: the place moved towards the middle of the surface around it that faces the eye, but kept
+// in the picture.
+Eigen::Vector3d filled_target(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& direction, double width) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double area = 0;
+    for (const Triangle& t : mesh.triangles) {
+        const Eigen::Vector3d &a = mesh.points[t[0]], &b = mesh.points[t[1]], &c = mesh.points[t[2]];
+        const Eigen::Vector3d offset = (a + b + c) / 3 - place, across = offset - offset.dot(direction) * direction;
+        const double facing = (b - a).cross(c - a).dot(direction);
+        if (facing <= 0 || across.norm() > width / 2 || std::abs(offset.dot(direction)) > width) continue;
+        sum += facing * across;
+        area += facing;
+    }
+    if (!(area > 0)) return place;
+    Eigen::Vector3d shift = sum / area;
+    if (shift.norm() > width / 5) shift *= width / 5 / shift.norm();
+    return place + shift;
+}
+
 }  // namespace
 
 std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
@@ -137,7 +156,7 @@ std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
         }
         if (best < 0) break;
         shown.push_back(best);
-        cameras.push_back({.direction = direction, .target = mesh.points[best], .width = kEnlarged * extent});
+        cameras.push_back({.direction = direction, .target = filled_target(mesh, mesh.points[best], direction, kEnlarged * extent), .width = kEnlarged * extent});
     }
     return cameras;
 }
