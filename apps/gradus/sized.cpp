@@ -14,7 +14,7 @@ constexpr double kMargin = 0.9;      // of the metric length from which an edge 
 
 SizedBackground background_for(const PatchModel& model, const SizingRule& rule, Stages& stages, int max_triangles) {
     return stages.run("background", [&] {
-        SizedBackground sized = make_background(model, rule, {.max_triangles = max_triangles});
+        SizedBackground sized = make_background(model, rule, {.max_triangles = max_triangles, .max_unit_triangles = static_cast<double>(max_triangles)});
         if (!sized.resolved) throw std::length_error("the background mesh needs more than " + grouped(max_triangles) + " triangles");
         return sized;
     });

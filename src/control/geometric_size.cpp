@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -126,6 +127,7 @@ class Builder {
     bool misrepresented(int t, const BackgroundOptions& options, double* error) const;
     bool coarse_for_gradation(int t, double longest, std::span<const double> graded) const;
     bool near_prescribed(int t) const;
+    double unit_triangles() const;
     void lower_to_prescribed();
     SizedBackground result() const;
     const std::vector<std::array<int, 2>>& parents() const { return parents_; }
@@ -435,6 +437,19 @@ bool Builder::coarse_for_gradation(int t, double longest, std::span<const double
     return false;
 }
 
+// Number of triangles of a unit mesh, from the sizes at the vertices so far.
+double Builder::unit_triangles() const {
+    double sum = 0;
+    for (int t = 0; t < mesh_.num_triangles(); ++t) {
+        const Triangle v = mesh_.triangle(t);
+        const double area = (points_[v[1]] - points_[v[0]]).cross(points_[v[2]] - points_[v[0]]).norm() / 2;
+        double density = 0;
+        for (const int x : v) density += 1 / (sizes_[x] * sizes_[x]) / 3;
+        sum += area * density;
+    }
+    return sum / (std::numbers::sqrt3 / 4);
+}
+
 bool Builder::near_prescribed(int t) const {
     for (const SizingRule::At& at : rule_.at) {
         const Triangle v = mesh_.triangle(t);
@@ -471,6 +486,10 @@ SizedBackground make_background(const PatchModel& model, const SizingRule& rule,
         throw std::invalid_argument("make_background: tolerances must be positive");
     Builder builder(model, rule);
     builder.start_from_grid(options.cells);
+    // Refining for sizes that will be refused in the end takes long: the first grid tells the order of magnitude.
+    if (const double expected = builder.unit_triangles(); expected > 2 * options.max_unit_triangles)
+        throw std::length_error("the sizes ask for about " + std::to_string(static_cast<long long>(expected)) + " triangles, more than " +
+                                std::to_string(static_cast<long long>(options.max_unit_triangles)));
     double error = 0;
     const bool resolved = builder.refine(
         [&](int t) { return builder.near_prescribed(t) || builder.misrepresented(t, options, &error); }, options.max_triangles);

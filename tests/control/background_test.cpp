@@ -208,3 +208,9 @@ TEST_CASE("Cutting for gradation leaves no long edge between unequal sizes", "[c
         }
     for (std::size_t v = before; v < sized.sizes.size(); ++v) CHECK(sized.sizes[v] == Approx(0.3).epsilon(1e-6));
 }
+
+TEST_CASE("Sizes far too small for a mesh are refused before the background is refined", "[control]") {
+    const PatchModel model = models::model_of({models::bump()});
+    CHECK_THROWS_AS(make_background(model, {.value = 1e-6, .hmax = 1e-6}, {.max_unit_triangles = 1e6}), std::length_error);
+    CHECK_NOTHROW(make_background(model, {.value = 0.3, .hmin = 0.05, .hmax = 1}, {.max_unit_triangles = 1e6}));
+}

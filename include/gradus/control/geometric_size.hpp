@@ -4,6 +4,7 @@
 #include "gradus/control/background.hpp"
 #include "gradus/control/sizing.hpp"
 
+#include <limits>
 #include <vector>
 
 namespace gradus {
@@ -22,12 +23,14 @@ struct BackgroundOptions {
     double chord_tolerance = 0.05;  ///< largest gap between an edge and the surface above its middle, per edge length
     double finest = 1;              ///< edges of at most this metric length are never cut: the mesh could not show more
     int max_triangles = 20'000'000;
+    double max_unit_triangles = std::numeric_limits<double>::infinity();  ///< refuse sizes for which a unit mesh needs about twice as many
 };
 
 /// Meshes every patch by a grid, then bisects longest edges, across patches, until the size map is represented.
 /// Sizes follow from the minimal radius of curvature of the surface, at curves the smallest of their sides; on creases and
 /// boundaries the curvature of the curve counts as well.
 /// @throws std::invalid_argument for a bad rule or options
+/// @throws std::length_error naming the estimate, made on the first grid, where max_unit_triangles is far exceeded
 SizedBackground make_background(const PatchModel& model, const SizingRule& rule, const BackgroundOptions& options = {});
 
 /// Sizes by the rule at the vertices of a given background (prescribed points included).
