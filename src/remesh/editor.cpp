@@ -15,6 +15,7 @@ constexpr int kMostSpokes = 40;      // vertices of higher valence are left to f
 constexpr double kStillMoves = 2e-3; // moves below this fraction of the size are not worth making
 constexpr double kHopefulRise = 1.6;  // of the energy by a flip, before anything moves, up to which it may turn out well
 constexpr int kPairRounds = 4;
+constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
 constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one
 
 Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
@@ -24,6 +25,7 @@ Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
 // First and second derivatives of the energy sum in a tangent plane.
 struct Derivatives {
     double value = 0, gx = 0, gy = 0, hxx = 0, hxy = 0, hyy = 0;
+    double worst = 0;     // largest energy of a triangle
     bool folded = false;  // a penalty is part of the value, though not of its derivatives
 };
 
@@ -55,6 +57,7 @@ void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen
     double hxx = 4 * c * i + 2 * cross * Sx * Ax + d2 * Ax * Ax;
     double hyy = 4 * c * i + 2 * cross * Sy * Ay + d2 * Ay * Ay;
     double hxy = cross * (Sx * Ay + Sy * Ax) + d2 * Ax * Ay;
+    sum.worst = std::max(sum.worst, value);
     double w1 = 1;
     if (aim == Aim::Worst) {
         const double e2 = value * value, e3 = e2 * value, e6 = e3 * e3;
@@ -181,7 +184,8 @@ double Editor::relax(int v, Aim aim) {
         set_vertex(v, *moved);
         return part;
     }
-    if (!(d.folded || aim == Aim::Worst) || x.bound != Bound::Free) return 0;
+    const bool stuck = d.folded || (aim == Aim::Worst && d.worst > kBadEnergy);
+    if (!stuck || x.bound != Bound::Free) return 0;
     // Where the surface bends within one edge the penalty rules: the best of a few directions.
     double least = d.value;
     std::optional<Vertex> best;

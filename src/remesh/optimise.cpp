@@ -23,7 +23,7 @@ constexpr double kHopefulFlipWide = 1.6;  // the same where the neighbours move 
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
 constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
 constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
-constexpr double kSameQuality = 1e-4;  // a triangle that changed less is not tried again
+constexpr double kSameQuality = 0.01;  // a triangle that changed less is not tried again
 
 class Stopwatch {
   public:
@@ -298,7 +298,7 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options) {
             // What is next to each other in space is next to each other in memory from here on.
             if (round == 0) editor.renumber();
             report.flips += flip_edges(editor);
-            smooth(editor, 2);
+            smooth(editor, options.fast ? 1 : 2);
         }
     }
     {

@@ -20,6 +20,7 @@ namespace gradus {
 
 namespace {
 
+constexpr double kTarget = 1.01;  // lengths asked of the generator, whose edges come out somewhat short where the metric varies
 constexpr int kRepairRounds = 20;
 
 bool is_feature(CurveKind kind) { return kind == CurveKind::Boundary || kind == CurveKind::Crease; }
@@ -88,7 +89,7 @@ PatchMesh mesh_patch(const PatchModel& model, const ControlSpace& control, const
         M << jet.du.squaredNorm(), F, F, jet.dv.squaredNorm();
         return Eigen::Matrix2d(M / (h * h));
     };
-    PlanarMesh planar = mesh_domain(domain, metric);
+    PlanarMesh planar = mesh_domain(domain, metric, {.target = kTarget});
     result.uv = std::move(planar.points);
     result.cell = std::move(planar.hints);
     result.triangles = std::move(planar.triangles);
