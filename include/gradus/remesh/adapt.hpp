@@ -18,7 +18,7 @@ struct AdaptOptions {
     BackgroundOptions background;               ///< of the first iteration
     RemeshOptions remesh;
     int max_iterations = 10;
-    double unit_share = 0.95;  ///< the mesh meets the next map when this share of its edges lies in [1/sqrt(2), sqrt(2)] there
+    double unit_share = 0.96;  ///< the mesh meets the next map when this share of its edges lies in [1/sqrt(2), sqrt(2)] there
     std::function<void(int iteration)> progress;  ///< called before each iteration; may be empty
 };
 
