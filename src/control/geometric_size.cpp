@@ -113,6 +113,17 @@ std::vector<int> pieces_per_curve(const PatchModel& model, int cells) {
     return pieces;
 }
 
+// Sizes prescribed at points hold at the nearest vertices.
+void lower_to_prescribed(const SizingRule& rule, std::span<const Eigen::Vector3d> points, std::vector<double>& sizes) {
+    for (const SizingRule::At& at : rule.at) {
+        const auto nearest = std::min_element(points.begin(), points.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+            return (a - at.point).squaredNorm() < (b - at.point).squaredNorm();
+        });
+        double& h = sizes[nearest - points.begin()];
+        h = std::min(h, at.size);
+    }
+}
+
 // A mesh of the patches under refinement. Half-edges on model curves carry the curve as tag.
 class Builder {
   public:
@@ -128,7 +139,6 @@ class Builder {
     bool coarse_for_gradation(int t, double longest, std::span<const double> graded) const;
     bool near_prescribed(int t) const;
     double unit_triangles() const;
-    void lower_to_prescribed();
     SizedBackground result() const;
     const std::vector<std::array<int, 2>>& parents() const { return parents_; }
     int num_vertices() const { return static_cast<int>(points_.size()); }
@@ -461,16 +471,6 @@ bool Builder::near_prescribed(int t) const {
     return false;
 }
 
-void Builder::lower_to_prescribed() {
-    for (const SizingRule::At& at : rule_.at) {
-        const auto nearest = std::min_element(points_.begin(), points_.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-            return (a - at.point).squaredNorm() < (b - at.point).squaredNorm();
-        });
-        double& h = sizes_[nearest - points_.begin()];
-        h = std::min(h, at.size);
-    }
-}
-
 SizedBackground Builder::result() const {
     std::vector<Triangle> triangles(mesh_.num_triangles());
     for (int t = 0; t < mesh_.num_triangles(); ++t) triangles[t] = mesh_.triangle(t);
@@ -493,8 +493,8 @@ SizedBackground make_background(const PatchModel& model, const SizingRule& rule,
     double error = 0;
     const bool resolved = builder.refine(
         [&](int t) { return builder.near_prescribed(t) || builder.misrepresented(t, options, &error); }, options.max_triangles);
-    builder.lower_to_prescribed();
     SizedBackground result = builder.result();
+    lower_to_prescribed(rule, points_of(result.background.mesh), result.sizes);
     result.largest_error = error;
     result.resolved = resolved;
     return result;
@@ -509,14 +509,7 @@ std::vector<double> geometric_sizes(const PatchModel& model, const Background& b
             double& h = sizes[triangles[t][k]];
             h = std::min(h, size_at(model, rule, {background.patch[t], background.uv[t][k]}));
         }
-    for (const SizingRule::At& at : rule.at) {
-        const auto points = points_of(background.mesh);
-        const auto nearest = std::min_element(points.begin(), points.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-            return (a - at.point).squaredNorm() < (b - at.point).squaredNorm();
-        });
-        double& h = sizes[nearest - points.begin()];
-        h = std::min(h, at.size);
-    }
+    lower_to_prescribed(rule, points_of(background.mesh), sizes);
     return sizes;
 }
 

@@ -1,5 +1,6 @@
 #include "gradus/remesh/adapt.hpp"
 
+#include "editor.hpp"
 #include "gradus/control/metric.hpp"
 #include "gradus/surface/projection.hpp"
 
@@ -27,15 +28,10 @@ double unit_share(const SurfaceMesh& mesh, std::span<const double> sizes) {
     return all > 0 ? static_cast<double>(unit) / static_cast<double>(all) : 1;
 }
 
-double area_length(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-    const double squares = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
-    return 2 * std::numbers::sqrt3 * (b - a).cross(c - a).norm() / squares;
-}
-
 void measure_quality(const SurfaceMesh& mesh, AdaptIteration& iteration) {
     double least = 1, sum = 0;
     for (const Triangle& t : mesh.triangles) {
-        const double q = area_length(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+        const double q = triangle_quality(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
         least = std::min(least, q);
         sum += q;
     }

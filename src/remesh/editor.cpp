@@ -98,7 +98,7 @@ double Editor::energy(int t) const {
 
 double Editor::quality(int t) const {
     const Triangle v = mesh_.triangle(t);
-    return triangle_quality(vertices_[v[0]], vertices_[v[1]], vertices_[v[2]]);
+    return triangle_quality(vertices_[v[0]].p, vertices_[v[1]].p, vertices_[v[2]].p);
 }
 
 double Editor::length(int h) const {
@@ -292,8 +292,6 @@ bool Editor::collapse(int h) {
     if (legal) mesh_.collapse(h);
     return legal;
 }
-
-bool Editor::can_split(int h) const { return mesh_.is_live_triangle(h / 3); }
 
 int Editor::split(int h) {
     const int chain = mesh_.tag(h);

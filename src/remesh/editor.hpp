@@ -62,8 +62,8 @@ inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c)
 }
 
 // Area-length quality, 1 for equilateral.
-inline double triangle_quality(const Vertex& a, const Vertex& b, const Vertex& c) {
-    const Eigen::Vector3d e1 = b.p - a.p, e2 = c.p - a.p;
+inline double triangle_quality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+    const Eigen::Vector3d e1 = b - a, e2 = c - a;
     return 2 * 1.7320508075688772 * e1.cross(e2).norm() / (e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm());
 }
 
@@ -101,7 +101,6 @@ class Editor {
 
     bool can_flip(int h) const;
     bool can_collapse(int h) const;
-    bool can_split(int h) const;
     // Applies a legal operation without judging the shapes; false if the surface or a fold bars it.
     bool flip(int h);
     bool collapse(int h);
