@@ -76,6 +76,20 @@ void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen
     sum.hyy += hyy;
 }
 
+// Adds the edge (x, a) of a feature curve that runs along u.
+void add_edge(const Vertex& x, const Vertex& a, const Eigen::Vector3d& u, Aim aim, Derivatives& sum) {
+    const Eigen::Vector3d e = a.p - x.p;
+    const double k = 1 / (x.h * a.h), by_place = -2 * k * e.dot(u);
+    const SizeTerm size = size_term(k * e.squaredNorm());
+    const double value = 1 + kLengthWeight * size.value, g = kLengthWeight * size.slope * by_place;
+    const double h = kLengthWeight * (size.curvature * by_place * by_place + size.slope * 2 * k);
+    const double e3 = value * value * value;
+    const double w1 = aim == Aim::Worst ? 8 * e3 * e3 * value : 1, w2 = aim == Aim::Worst ? 56 * e3 * e3 : 0;
+    sum.value += weighted(value, aim);
+    sum.gx += w1 * g;
+    sum.hxx += w1 * h + w2 * g * g;
+}
+
 int penalty(int valence, bool boundary) {
     const int off = valence - (boundary ? 4 : 6);
     return off * off;
@@ -114,6 +128,7 @@ void Editor::set_vertex(int v, const Vertex& x) {
 double Editor::ring_energy(int v, const Vertex& x, Aim aim) const {
     double sum = 0;
     mesh_.for_each_outgoing(v, [&](int h) { sum += weighted(triangle_energy(x, vertices_[mesh_.target(h)], vertices_[mesh_.apex(h)]), aim); });
+    if (x.bound == Bound::Curve) for_each_on_curve(v, [&](int other) { sum += weighted(edge_energy(x, vertices_[other]), aim); });
     return sum;
 }
 
@@ -124,14 +139,9 @@ double Editor::relax(int v, Aim aim) {
     if (x.bound == Bound::Curve) {
         // Along the curve: from one neighbour on it to the other.
         u.setZero();
-        mesh_.for_each_outgoing(v, [&](int h) {
-            const auto add = [&](int edge, int other) {
-                if (mesh_.tag(edge) < 0) return;
-                const Eigen::Vector3d d = vertices_[other].p - x.p;
-                u += u.dot(d) < 0 || u.isZero() ? (u.isZero() ? d : Eigen::Vector3d(-d)) : d;
-            };
-            add(h, mesh_.target(h));
-            if (mesh_.twin(Connectivity::prev(h)) < 0) add(Connectivity::prev(h), mesh_.apex(h));
+        for_each_on_curve(v, [&](int other) {
+            const Eigen::Vector3d d = vertices_[other].p - x.p;
+            u += u.dot(d) < 0 ? Eigen::Vector3d(-d) : d;
         });
         if (u.isZero()) return 0;
         u.normalize();
@@ -146,6 +156,7 @@ double Editor::relax(int v, Aim aim) {
         shortest2 = std::min({shortest2, (a.p - x.p).squaredNorm(), (b.p - x.p).squaredNorm()});
         add_triangle(x, a, b, u, w, aim, d);
     });
+    if (x.bound == Bound::Curve) for_each_on_curve(v, [&](int other) { add_edge(x, vertices_[other], u, aim, d); });
     double sx = 0, sy = 0;
     if (x.bound == Bound::Curve) {
         if (!(d.hxx > 0)) return 0;
@@ -338,6 +349,11 @@ double Editor::energy_around(const std::vector<int>& around, Aim aim, double mea
             if (stamp_[t] == stamp_now_) return;
             stamp_[t] = stamp_now_;
             sum += weighted(energy(t), aim) - neutral;
+            for (const int e : {h, Connectivity::next(h), Connectivity::prev(h)}) {
+                if (mesh_.tag(e) < 0) continue;
+                const double share = mesh_.twin(e) < 0 ? 1 : 0.5;
+                sum += share * (weighted(edge_energy(vertices_[mesh_.origin(e)], vertices_[mesh_.target(e)]), aim) - 1);
+            }
         });
     }
     return sum;

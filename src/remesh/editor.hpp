@@ -61,6 +61,12 @@ inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c)
     return energy;
 }
 
+// Energy of an edge of a feature curve, whose length no triangle asks for: 1 where it is the one asked for.
+inline constexpr double kLengthWeight = 0.1;
+inline double edge_energy(const Vertex& a, const Vertex& b) {
+    return 1 + kLengthWeight * size_term((a.p - b.p).squaredNorm() / (a.h * b.h)).value;
+}
+
 // Area-length quality, 1 for equilateral.
 inline double triangle_quality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
     const Eigen::Vector3d e1 = b - a, e2 = c - a;
@@ -129,6 +135,15 @@ class Editor {
         return (a.p - b.p).norm() / (longest ? std::min(a.h, b.h) : std::max(a.h, b.h));
     }
     double ring_energy(int v, const Vertex& x, Aim aim) const;
+    // Calls use(other) for each edge of a feature curve at v.
+    template <class Use>
+    void for_each_on_curve(int v, const Use& use) const {
+        mesh_.for_each_outgoing(v, [&](int h) {
+            if (mesh_.tag(h) >= 0) use(mesh_.target(h));
+            const int last = Connectivity::prev(h);  // an edge of the boundary that only comes in
+            if (mesh_.twin(last) < 0 && mesh_.tag(last) >= 0) use(mesh_.apex(h));
+        });
+    }
     double energy_around(const std::vector<int>& around, Aim aim, double mean);
     void set_vertex(int v, const Vertex& x);
     void add_ring(std::vector<int>& around) const;
