@@ -39,8 +39,6 @@ bool on_side(const SideFrame& frame, const Eigen::Vector2d& uv) { return uv[1 - 
 
 double side_parameter(const SideFrame& frame, const Eigen::Vector2d& uv) { return (uv[frame.along] - frame.low) / (frame.high - frame.low); }
 
-bool is_feature(CurveKind kind) { return kind == CurveKind::Boundary || kind == CurveKind::Crease; }
-
 // Radius of curvature of the curve along a side; infinite where it is straight or stands still.
 double curve_radius(const PatchModel& model, const SurfacePoint& at, int along) {
     const Jet2 jet = model.patch(at.patch).jet2(at.uv);

@@ -23,7 +23,7 @@ double side_value(const Domain& domain, Side side) {
 }
 
 /// Parameter that varies along a side (0: u, 1: v).
-int along_side(Side side) { return side == Side::Bottom || side == Side::Top ? 0 : 1; }
+int along_side(Side side) { return along_u(side) ? 0 : 1; }
 
 bool on_side(const Domain& domain, const Eigen::Vector2d& uv, Side side) {
     const int across = 1 - along_side(side);

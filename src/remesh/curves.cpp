@@ -43,9 +43,8 @@ class Integrator {
         const ParametricSurface& patch = model_.patch(at.patch);
         const Domain domain = patch.domain();
         const Jet1 jet = patch.jet1(at.uv);
-        const Side side = model_.curves()[curve_].uses[0].side;
-        const bool along_u = side == Side::Bottom || side == Side::Top;
-        const double speed = along_u ? jet.du.norm() * (domain.max.x() - domain.min.x()) : jet.dv.norm() * (domain.max.y() - domain.min.y());
+        const bool along = along_u(model_.curves()[curve_].uses[0].side);
+        const double speed = along ? jet.du.norm() * (domain.max.x() - domain.min.x()) : jet.dv.norm() * (domain.max.y() - domain.min.y());
         return speed / control_.size(jet.p, cell_);
     }
 

@@ -13,7 +13,6 @@ namespace {
 
 constexpr int kMostSpokes = 40;      // vertices of higher valence are left to flips first
 constexpr double kStillMoves = 2e-3; // moves below this fraction of the size are not worth making
-constexpr double kHopefulRise = 1.6;  // of the energy by a flip, before anything moves, up to which it may turn out well
 constexpr int kPairRounds = 4;
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
 constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one
@@ -368,11 +367,15 @@ void Editor::add_ring(std::vector<int>& around) const {
         });
 }
 
+// The vertices of the triangles on either side of h.
+void Editor::list_corners(int h, std::vector<int>& around) const {
+    around.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
+    if (const int g = mesh_.twin(h); g >= 0) around.push_back(mesh_.apex(g));
+}
+
 // Applies the operation, recording; trial.around becomes its vertices, a new one first.
 bool Editor::begin(Trial& trial, Operation operation, int h) {
-    const int g = mesh_.twin(h);
-    trial.around.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
-    if (g >= 0) trial.around.push_back(mesh_.apex(g));
+    list_corners(h, trial.around);
     trial.journal.clear();
     trial.saved.clear();
     mesh_.record(&trial.journal);
@@ -410,10 +413,8 @@ double below(double energy) { return energy - 1e-4 * std::abs(energy) - 1e-6; }
 
 bool Editor::attempt(Operation operation, int h, Aim aim, double mean, Reach reach) {
     Trial& trial = trials_[0];
-    const int g = mesh_.twin(h);
     std::vector<int>& around = touched_;
-    around.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
-    if (g >= 0) around.push_back(mesh_.apex(g));
+    list_corners(h, around);
     if (reach == Reach::Wide) add_ring(around);
     const double enough = below(energy_around(around, aim, mean));
     bool done = begin(trial, operation, h);
@@ -442,8 +443,8 @@ bool Editor::attempt(Operation operation, int h, Aim aim, double mean, Reach rea
 
 bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
     // Energy is measured two rings around, so that whatever the second operation moves is inside.
-    std::vector<int> inner{mesh_.origin(h), mesh_.target(h), mesh_.apex(h)};
-    if (mesh_.twin(h) >= 0) inner.push_back(mesh_.apex(mesh_.twin(h)));
+    std::vector<int> inner;
+    list_corners(h, inner);
     add_ring(inner);
     std::vector<int> region = inner;
     add_ring(region);

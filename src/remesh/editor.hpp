@@ -119,6 +119,8 @@ class Editor {
     enum class Operation { Flip, Collapse, Split };
     enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too
     bool attempt(Operation operation, int h, Aim aim, double mean, Reach reach = Reach::Near);
+    // Rise of the energy by a flip, before anything moves, up to which it may turn out well once the neighbours have moved too.
+    static constexpr double kHopefulRise = 1.6;
     // The same for two operations in a row, the second on any edge around: a way out where each alone makes things worse.
     enum class Search { Quick, Thorough };  // second operations that look promising, or all
     bool attempt_pair(Operation first, int h, double mean, Search search);
@@ -146,6 +148,7 @@ class Editor {
     }
     double energy_around(const std::vector<int>& around, Aim aim, double mean);
     void set_vertex(int v, const Vertex& x);
+    void list_corners(int h, std::vector<int>& around) const;
     void add_ring(std::vector<int>& around) const;
 
     const Support& support_;

@@ -1,6 +1,5 @@
 #include "optimise.hpp"
 
-#include <chrono>
 #include <deque>
 #include <map>
 #include <numbers>
@@ -19,21 +18,10 @@ constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the
 constexpr double kWorstAttemptsPerVertex = 2;   // bound on the attempts for the worst triangles
 constexpr int kWorstRounds = 12;
 constexpr double kHopefulFlip = 1;     // rise of the energy, before anything moves, up to which a flip is tried
-constexpr double kHopefulFlipWide = 1.6;  // the same where the neighbours move too
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
 constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
 constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
 constexpr double kSameQuality = 0.01;  // a triangle that changed less is not tried again
-
-class Stopwatch {
-  public:
-    explicit Stopwatch(double& seconds) : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
-    ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-  private:
-    double& seconds_;
-    std::chrono::steady_clock::time_point start_;
-};
 
 struct LengthAt {
     double length;
@@ -205,7 +193,7 @@ bool improve_around(Editor& editor, int t, const Triangle& corners, double mean,
             ++report.worst_attempts;
             return editor.attempt(operation, h, Aim::Worst, mean, Editor::Reach::Wide);
         };
-        if ((worth_a_flip(editor, h, kHopefulFlipWide) && attempt(Editor::Operation::Flip)) ||
+        if ((worth_a_flip(editor, h, Editor::kHopefulRise) && attempt(Editor::Operation::Flip)) ||
             (editor.length(h) < 1 && editor.collapse_gain(h) >= 0 && editor.can_collapse(h) && attempt(Editor::Operation::Collapse))) {
             ++report.worst_kept;
             return true;
@@ -287,36 +275,31 @@ void relax_worst(Editor& editor) {
 
 }  // namespace
 
-OptimiseReport optimise(Editor& editor, const OptimiseOptions& options) {
+OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock) {
     OptimiseReport report;
-    {
-        const Stopwatch watch(report.fit_seconds);
-        const int rounds = options.fast ? 1 : kFitRounds;
-        for (int round = 0; round < rounds; ++round) {
-            report.splits += split_long(editor);
-            report.collapses += collapse_short(editor);
-            // What is next to each other in space is next to each other in memory from here on.
-            if (round == 0) editor.renumber();
-            report.flips += flip_edges(editor);
-            smooth(editor, options.fast ? 1 : 2);
-        }
-    }
-    {
-        const Stopwatch watch(report.smooth_seconds);
+    const int sweeps = options.fast ? 1 : 2;
+    for (int round = 0; round < (options.fast ? 1 : kFitRounds); ++round) {
+        report.splits += split_long(editor);
+        report.collapses += collapse_short(editor);
+        // What is next to each other in space is next to each other in memory from here on.
+        if (round == 0) editor.renumber();
         report.flips += flip_edges(editor);
-        smooth(editor, options.fast ? 1 : 2);
+        smooth(editor, sweeps);
     }
-    if (!options.fast) {
-        {
-            const Stopwatch watch(report.attempt_seconds);
-            attempt_for_mean(editor, report);
-            smooth(editor, 2);
-        }
-        const Stopwatch watch(report.worst_seconds);
+    clock.done("fitting");
+    report.flips += flip_edges(editor);
+    smooth(editor, sweeps);
+    clock.done("smoothing");
+    if (options.fast) {
+        relax_worst(editor);
+    } else {
+        attempt_for_mean(editor, report);
+        smooth(editor, sweeps);
+        clock.done("attempts");
         attempt_for_worst(editor, options, report);
     }
-    if (options.fast) relax_worst(editor);
     editor.renumber();
+    clock.done("worst");
     return report;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "editor.hpp"
+#include "stage_clock.hpp"
 
 namespace gradus {
 
@@ -15,9 +16,8 @@ struct OptimiseReport {
     int attempts = 0, kept = 0;              // operations tried for the mean, and those that lowered the energy
     int worst_attempts = 0, worst_kept = 0;  // the same for the worst triangles
     int below_goal = 0;                      // triangles that stayed below the goal
-    double fit_seconds = 0, smooth_seconds = 0, attempt_seconds = 0, worst_seconds = 0;
 };
 
-OptimiseReport optimise(Editor& editor, const OptimiseOptions& options);
+OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock);
 
 }  // namespace gradus

@@ -9,7 +9,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -22,8 +21,6 @@ namespace {
 
 constexpr double kTarget = 1.01;  // lengths asked of the generator, whose edges come out somewhat short where the metric varies
 constexpr int kRepairRounds = 20;
-
-bool is_feature(CurveKind kind) { return kind == CurveKind::Boundary || kind == CurveKind::Crease; }
 
 // Numbers of the vertices that patches share: model vertices first, then the inner points of each curve.
 struct SharedVertices {
@@ -382,20 +379,6 @@ SurfaceMesh export_mesh(const PatchModel& model, const Support& support, const E
     return result;
 }
 
-class StageClock {
-  public:
-    explicit StageClock(RemeshStatistics& statistics) : statistics_(statistics), last_(std::chrono::steady_clock::now()) {}
-    void done(const std::string& stage) {
-        const auto now = std::chrono::steady_clock::now();
-        statistics_.seconds.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
-        last_ = now;
-    }
-
-  private:
-    RemeshStatistics& statistics_;
-    std::chrono::steady_clock::time_point last_;
-};
-
 }  // namespace
 
 RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const RemeshOptions& options) {
@@ -408,7 +391,7 @@ RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const 
     std::optional<tbb::global_control> limit;
     if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
 
-    StageClock clock(statistics);
+    StageClock clock(statistics.seconds);
     const SharedVertices shared(model, control);
     clock.done("curves");
     std::vector<PatchMesh> patches(model.num_patches());
@@ -422,12 +405,7 @@ RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const 
     statistics.generated_triangles = editor.mesh().num_live_triangles();
     clock.done("assembly");
 
-    const OptimiseReport report = optimise(editor, {.fast = options.fast, .goal = options.goal});
-    clock.done("optimisation");
-    statistics.seconds.emplace_back("  fitting", report.fit_seconds);
-    statistics.seconds.emplace_back("  smoothing", report.smooth_seconds);
-    statistics.seconds.emplace_back("  attempts", report.attempt_seconds);
-    statistics.seconds.emplace_back("  worst", report.worst_seconds);
+    const OptimiseReport report = optimise(editor, {.fast = options.fast, .goal = options.goal}, clock);
     statistics.splits = report.splits;
     statistics.collapses = report.collapses;
     statistics.flips = report.flips;

@@ -32,10 +32,6 @@ Exit exit_of(const Domain& domain, const Eigen::Vector2d& uv, const Eigen::Vecto
 
 constexpr double kStraight = 0.966;  // cosine of 15 degrees: curves that meet within it continue each other
 
-bool is_feature(CurveKind kind) { return kind == CurveKind::Boundary || kind == CurveKind::Crease; }
-
-bool along_u(Side side) { return side == Side::Bottom || side == Side::Top; }
-
 }  // namespace
 
 Foot PatchSupport::foot(Place place) const {

@@ -19,8 +19,6 @@ inline constexpr std::array<double, 5> gauss_weights{0.11846344252809454, 0.2393
 /// Exact at both ends, and for [0, 1] everywhere.
 inline double interpolate(double low, double high, double s) { return (1 - s) * low + s * high; }
 
-inline bool along_u(Side side) { return side == Side::Bottom || side == Side::Top; }
-
 /// Parameters of the place at s in [0, 1] along a side.
 Eigen::Vector2d side_uv(const Domain& d, Side side, double s);
 

@@ -12,6 +12,7 @@ namespace gradus {
 
 /// Side of a patch's domain. Each runs in the direction of the growing parameter (u for Bottom and Top).
 enum class Side { Bottom, Right, Top, Left };  // v = min, u = max, v = max, u = min
+inline bool along_u(Side side) { return side == Side::Bottom || side == Side::Top; }
 
 /// A side of a patch as one use of a curve: `reversed` when the side runs against the curve.
 struct SideUse {
@@ -26,6 +27,8 @@ enum class CurveKind {
     Crease,    ///< two sides meet at an angle
     Pole       ///< the side is collapsed to a point
 };
+/// Kept by a mesh: its vertices and edges follow the curve.
+inline bool is_feature(CurveKind kind) { return kind == CurveKind::Boundary || kind == CurveKind::Crease; }
 
 /// A curve of the model: the trace of one or two patch sides. Its parameter t in [0, 1] is that of its first use
 /// (affine in the side's parameter, reversed where uses[0].reversed; uses[0] is never reversed).
