@@ -120,7 +120,6 @@ int run_remesh(const Options& options) {
     const ControlSpace control = stages.run("control space", [&] { return ControlSpace(map.sized.background, map.sized.sizes); });
     RemeshOptions remesh_options{
         .fast = options.fast, .max_triangles = static_cast<double>(options.max_triangles), .threads = session.threads};
-    if (map.rule && !gradation) remesh_options.goal = kUngradedGoal;
     const RemeshResult result = stages.run("meshing", [&] { return remesh(model, control, remesh_options); });
     const SurfaceMesh& mesh = result.mesh;
     stages.run("writing", [&] {

@@ -7,10 +7,6 @@
 
 namespace gradus::app {
 
-/// Quality sought where sizes follow from curvature and are not graded: such maps change too fast for more, and a search for more takes
-/// ten times as long and leaves fewer edges of unit length.
-inline constexpr double kUngradedGoal = 0.75;
-
 struct GradedMap {
     std::vector<double> sizes;
     GradationResult result;

@@ -66,7 +66,6 @@ void mesh_side(const Options& options, const PatchModel& model, const Experiment
     const ControlSpace control(experiment.sized.background, side.sizes);
     RemeshOptions remesh_options{
         .fast = options.fast, .max_triangles = static_cast<double>(options.max_triangles), .threads = options.session.threads};
-    if (&side == &experiment.raw) remesh_options.goal = kUngradedGoal;
     side.meshed = stages.run("mesh, " + side.name, [&] { return remesh(model, control, remesh_options); });
     side.report = stages.run("report, " + side.name, [&] { return measure_surface_mesh(model, side.meshed.mesh, control); });
     if (options.iterations == 0) return;

@@ -132,6 +132,7 @@ double Editor::ring_energy(int v, const Vertex& x, Aim aim) const {
 }
 
 double Editor::relax(int v, Aim aim) {
+    ++moves_;
     const Vertex& x = vertices_[v];
     if (x.bound == Bound::Fixed || mesh_.valence(v) > kMostSpokes) return 0;
     Eigen::Vector3d u;

@@ -100,6 +100,9 @@ class Editor {
     // Returns the distance moved over the size (0 when it stayed).
     double relax(int v, Aim aim = Aim::Mean);
 
+    // Calls of relax so far: a measure of the work done that is the same on every machine.
+    long moves() const { return moves_; }
+
     // Valence penalty: sum of squared distances from six (inside) or four (boundary).
     int flip_gain(int h) const;  // > 0 when the flip lowers the penalty
     int collapse_gain(int h) const;
@@ -156,6 +159,7 @@ class Editor {
     Connectivity mesh_;
     std::vector<int> stamp_;
     int stamp_now_ = 0;
+    long moves_ = 0;
     // What one operation and the moves after it changed; a second one may begin inside the first.
     struct Trial {
         Connectivity::Journal journal;

@@ -15,7 +15,8 @@ constexpr double kValenceWorth = 0.15;  // energy that one unit of valence penal
 constexpr int kFitRounds = 2;
 constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
-constexpr double kWorstAttemptsPerVertex = 2;   // bound on the attempts for the worst triangles
+// Bounds on the search for better worst triangles, in moves of a vertex; without them a map that jumps keeps it busy for minutes.
+constexpr long kMovesPerVertex = 20, kMovesByPairsPerVertex = 10, kMovesAtLeast = 100'000;
 constexpr int kWorstRounds = 12;
 constexpr double kHopefulFlip = 1;     // rise of the energy, before anything moves, up to which a flip is tried
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
@@ -203,10 +204,10 @@ bool improve_around(Editor& editor, int t, const Triangle& corners, double mean,
 }
 
 // Tries pairs of operations, the first on an edge of the triangle or, where it is very bad, of one around its corners.
-bool improve_by_pairs(Editor& editor, int t, const OptimiseOptions& options, double mean, OptimiseReport& report) {
+bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     std::vector<int> edges{3 * t, 3 * t + 1, 3 * t + 2};
-    const auto search = editor.quality(t) < options.goal - kVeryBad ? Editor::Search::Thorough : Editor::Search::Quick;
+    const auto search = editor.quality(t) < goal - kVeryBad ? Editor::Search::Thorough : Editor::Search::Quick;
     if (search == Editor::Search::Thorough)
         for (const int v : mesh.triangle(t))
             mesh.for_each_outgoing(v, [&](int h) {
@@ -228,40 +229,52 @@ bool improve_by_pairs(Editor& editor, int t, const OptimiseOptions& options, dou
     return false;
 }
 
-// The same for the triangles below the goal, judged by a high power of the energy, worst first.
+int count_below(const Editor& editor, double goal) {
+    int below = 0;
+    for (int t = 0; t < editor.mesh().num_triangles(); ++t)
+        if (editor.mesh().is_live_triangle(t) && editor.quality(t) < goal) ++below;
+    return below;
+}
+
+// The same for the triangles below a goal, judged by a high power of the energy, worst first. The goal rises to the one asked for,
+// so that where many triangles are below it the bounded search goes to the worst of them.
 void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
-    const auto most = static_cast<long>(kWorstAttemptsPerVertex * mesh.num_vertices());
-    std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their quality then
-    for (int round = 0; round < kWorstRounds; ++round) {
-        std::vector<std::pair<double, int>> bad;
-        for (int t = 0; t < mesh.num_triangles(); ++t)
-            if (mesh.is_live_triangle(t) && editor.quality(t) < options.goal) bad.emplace_back(editor.quality(t), t);
-        std::sort(bad.begin(), bad.end());
-        report.below_goal = static_cast<int>(bad.size());
-        int kept_now = 0;
-        for (const auto& [was, t] : bad) {
-            if (!mesh.is_live_triangle(t) || report.worst_attempts >= most) continue;
-            const Triangle corners = mesh.triangle(t);
-            if (const auto tried = hopeless.find(corners); tried != hopeless.end() && std::abs(tried->second - editor.quality(t)) < kSameQuality) continue;
-            for (int sweep = 0; sweep < 3; ++sweep)
-                for (const int v : corners) editor.relax(v, Aim::Worst);
-            if (editor.quality(t) >= options.goal) {
-                ++kept_now;
-                continue;
+    const auto bound = [&](long per_vertex) { return std::max(kMovesAtLeast, per_vertex * mesh.num_vertices()); };
+    const long last_move = editor.moves() + bound(kMovesPerVertex);
+    long left_for_pairs = bound(kMovesByPairsPerVertex);
+    for (const double share : {0.75, 0.85, 0.95, 1.0}) {
+        const double goal = share * options.goal;
+        const auto by_pairs = [&](int t) {
+            if (left_for_pairs <= 0 || editor.quality(t) >= goal - kFarBelow) return false;
+            const long before = editor.moves();
+            const bool improved = improve_by_pairs(editor, t, goal, mean, report);
+            left_for_pairs -= editor.moves() - before;
+            return improved;
+        };
+        std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their quality then
+        for (int round = 0; round < kWorstRounds; ++round) {
+            std::vector<std::pair<double, int>> bad;
+            for (int t = 0; t < mesh.num_triangles(); ++t)
+                if (mesh.is_live_triangle(t) && editor.quality(t) < goal) bad.emplace_back(editor.quality(t), t);
+            std::sort(bad.begin(), bad.end());
+            int kept_now = 0;
+            for (const auto& [was, t] : bad) {
+                if (!mesh.is_live_triangle(t) || editor.moves() >= last_move) continue;
+                const Triangle corners = mesh.triangle(t);
+                if (const auto tried = hopeless.find(corners); tried != hopeless.end() && std::abs(tried->second - editor.quality(t)) < kSameQuality) continue;
+                for (int sweep = 0; sweep < 3; ++sweep)
+                    for (const int v : corners) editor.relax(v, Aim::Worst);
+                if (editor.quality(t) >= goal || improve_around(editor, t, corners, mean, report) || by_pairs(t))
+                    ++kept_now;
+                else
+                    hopeless[corners] = editor.quality(t);
             }
-            if (improve_around(editor, t, corners, mean, report) ||
-                (editor.quality(t) < options.goal - kFarBelow && improve_by_pairs(editor, t, options, mean, report)))
-                ++kept_now;
-            else
-                hopeless[corners] = editor.quality(t);
+            if (kept_now == 0) break;
         }
-        if (kept_now == 0) break;
     }
-    report.below_goal = 0;
-    for (int t = 0; t < mesh.num_triangles(); ++t)
-        if (mesh.is_live_triangle(t) && editor.quality(t) < options.goal) ++report.below_goal;
+    report.below_goal = count_below(editor, options.goal);
 }
 
 // Without a search the worst triangles still get better by moving their corners for their sake.
