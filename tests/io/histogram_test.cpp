@@ -38,11 +38,11 @@ TEST_CASE("every value is counted once", "[io][property]") {
     CHECK(histogram.missing == 1);
     CHECK(histogram.above >= 1);
     for (std::size_t bin = 0; bin < histogram.counts.size(); ++bin) {
-        const auto [low, high] = histogram.limits_of(bin);
+        const auto limits = histogram.limits_of(bin);
         // A value at a limit may fall to either side of it by rounding.
         const auto inside = [&](double slack) {
             return static_cast<std::size_t>(
-                std::ranges::count_if(values, [=, low = low, high = high](double v) { return v >= low * (1 - slack) && v <= high * (1 + slack); }));
+                std::ranges::count_if(values, [&](double v) { return v >= limits[0] * (1 - slack) && v <= limits[1] * (1 + slack); }));
         };
         CHECK(histogram.counts[bin] <= inside(1e-12));
         CHECK(histogram.counts[bin] + 2 >= inside(-1e-12));
