@@ -13,14 +13,19 @@ namespace gradus::app {
 
 namespace {
 
+std::vector<double> qualities_of(const SurfaceMesh& mesh) {
+    std::vector<double> quality;
+    for (const Triangle& t : mesh.triangles) quality.push_back(area_length(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]));
+    return quality;
+}
+
 void write_fields(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh) {
-    const std::vector<double> shock = vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes);
-    std::vector<double> radius, curvature, quality, patch(mesh.patches.begin(), mesh.patches.end());
+    const std::vector<double> shock = vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes), quality = qualities_of(mesh);
+    std::vector<double> radius, curvature, patch(mesh.patches.begin(), mesh.patches.end());
     for (const SurfacePoint& at : mesh.places) {
         radius.push_back(minimal_radius(model.patch(at.patch), at.uv));
         curvature.push_back(1 / radius.back());
     }
-    for (const Triangle& t : mesh.triangles) quality.push_back(area_length(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]));
     for (double& p : patch) ++p;
     write_vtu(path, mesh.points, mesh.triangles,
               {{"size", 1, mesh.sizes}, {"shock", 1, shock}, {"minimal_radius", 1, radius}, {"curvature", 1, curvature}},
@@ -42,6 +47,18 @@ TriangleSoup soup_of(const SurfaceMesh& mesh) {
 void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh) {
     if (kind_of(path) == FileKind::Vtu) write_fields(path, model, mesh);
     else write_mesh(path, soup_of(mesh));
+}
+
+void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool labelled) {
+    if (kind_of(path) == FileKind::Vtu) {
+        const std::vector<double> shock = vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes), quality = qualities_of(mesh);
+        const std::vector<double> label(mesh.patches.begin(), mesh.patches.end());
+        return write_vtu(path, mesh.points, mesh.triangles, {{"size", 1, mesh.sizes}, {"shock", 1, shock}}, {{"quality", 1, quality}, {"label", 1, label}});
+    }
+    TriangleSoup soup{mesh.points, mesh.triangles};
+    if (labelled) soup.labels = mesh.patches;
+    soup.edges = mesh.features;
+    write_mesh(path, soup);
 }
 
 MeshReport measure_surface_mesh(const PatchModel& model, const SurfaceMesh& mesh, const ControlSpace& control) {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <memory>
 
 #include "commands.hpp"
 #include "files.hpp"
@@ -15,6 +17,7 @@
 #include "pictures.hpp"
 #include "show.hpp"
 #include "sized.hpp"
+#include "triangulated.hpp"
 
 namespace gradus::app {
 
@@ -27,17 +30,25 @@ struct Options {
     std::string sizes, background, report, pictures;
     SizingOptions sizing;
     GradationChoice gradation;
+    FeatureChoice features;
     bool fast = false;
     int max_triangles = 20'000'000;
 };
 
 constexpr double kDefaultShock = 1.5;
 
-// The size map a mesh is made for, and how it came about.
-struct Map {
-    SizedBackground sized;
+// A mesh with what is known of how it came about.
+struct Made {
+    RemeshResult result;
     std::optional<SizingRule> rule;  // where sizes come from curvature
+    std::size_t background_vertices = 0;
     std::optional<GradationResult> gradation;
+    std::string surface;  // a line on the input
+    std::string note;     // lines on what else was asked and whether it was met
+    bool met = true;
+    Json json;            // keys of the input's kind
+    std::function<MeshReport()> measure;
+    std::function<void(const std::string& path)> write;
 };
 
 void check_options(const Options& options) {
@@ -55,6 +66,13 @@ void check_options(const Options& options) {
             "--size gives all sizes; leave out --alpha, --hmin, --hmax, --size-at and the like, or use them in gradus sizemap");
     if (!options.pictures.empty()) make_folder(options.pictures);
 }
+
+// The size map that patches are meshed for, and how it came about.
+struct Map {
+    SizedBackground sized;
+    std::optional<SizingRule> rule;
+    std::optional<GradationResult> gradation;
+};
 
 SizedBackground read_map(const Options& options, const PatchModel& model) {
     SizedBackground sized{load_background(options.background.empty() ? background_beside(options.sizes) : options.background, model), {}};
@@ -86,22 +104,70 @@ Map make_map(const Options& options, const PatchModel& model, const std::optiona
     return map;
 }
 
-// One line: what became of the sizes.
-std::string gradation_line(const GradationOptions& options, const Map& map) {
-    return fmt::format("gradation: {}; {:.4g} before, {:.1f} % of the vertices lowered{}\n", to_text(options),
-                       options.shock ? map.gradation->before.shock_max : map.gradation->before.variation_max,
-                       100.0 * map.gradation->lowered / static_cast<double>(map.sized.sizes.size()), map.gradation->met ? "" : ", NOT met");
+RemeshOptions remesh_options(const Options& options) {
+    return {.fast = options.fast, .max_triangles = static_cast<double>(options.max_triangles), .threads = options.session.threads};
 }
 
-void write_report(const Options& options, const std::optional<GradationOptions>& gradation, const Map& map, const MeshReport& report,
+Made mesh_patches(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
+    const auto model = stages.run("reading", [&] { return std::make_shared<const PatchModel>(load_model(options.in)); });
+    const auto map = std::make_shared<const Map>(make_map(options, *model, gradation, stages));
+    const auto control = stages.run("control space", [&] { return std::make_shared<const ControlSpace>(map->sized.background, map->sized.sizes); });
+    Made made;
+    made.result = stages.run("meshing", [&] { return remesh(*model, *control, remesh_options(options)); });
+    made.rule = map->rule;
+    made.background_vertices = map->sized.sizes.size();
+    made.gradation = map->gradation;
+    made.surface = text_of(options.in, *model);
+    made.json = {{"patches", model->num_patches()}};
+    // The mesh itself is the caller's when these are called.
+    const SurfaceMesh mesh = made.result.mesh;
+    made.measure = [=] { return measure_surface_mesh(*model, mesh, *control); };
+    made.write = [=](const std::string& path) { write_surface_mesh(path, *model, mesh); };
+    return made;
+}
+
+Made mesh_triangles(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
+    const auto surface = stages.run("reading", [&] { return std::shared_ptr<const Triangulation>(load_triangulation(options.in, options.features, options.sizing)); });
+    std::vector<double> sizes;
+    if (!options.sizes.empty()) {
+        if (!options.background.empty()) throw UsageError("--background is for patches; sizes of a triangulation are those of its own vertices");
+        sizes = read_sizes(options.sizes, surface->soup().points.size());
+        if (!gradation) require_finite(options.sizes, sizes);
+    }
+    const SizingRule rule = rule_of(options.sizing, limits_for(surface->diagonal()));
+    const auto mesh = std::make_shared<const TriangulatedMesh>(
+        mesh_triangulation(*surface, rule, sizes, gradation, remesh_options(options), options.sizing.hmin.has_value(), stages));
+    Made made;
+    made.result = mesh->result;
+    if (options.sizes.empty()) made.rule = rule;
+    made.background_vertices = mesh->background.sizes.size();
+    made.gradation = mesh->gradation;
+    made.surface = text_of(options.in, *surface);
+    made.note = text_of(*mesh, surface->diagonal());
+    made.met = mesh->kept();
+    made.json = json_of(*surface);
+    made.json.update(json_of(*mesh));
+    made.measure = [=] { return measure_surface_mesh(*mesh); };
+    made.write = [=](const std::string& path) { write_surface_mesh(path, mesh->result.mesh, !surface->soup().labels.empty()); };
+    return made;
+}
+
+// One line: what became of the sizes.
+std::string gradation_line(const GradationOptions& options, const GradationResult& result, std::size_t vertices) {
+    return fmt::format("gradation: {}; {:.4g} before, {:.1f} % of the vertices lowered{}\n", to_text(options),
+                       options.shock ? result.before.shock_max : result.before.variation_max, 100.0 * result.lowered / static_cast<double>(vertices),
+                       result.met ? "" : ", NOT met");
+}
+
+void write_report(const Options& options, const std::optional<GradationOptions>& gradation, const Made& made, const MeshReport& report,
                   const std::vector<Picture>& pictures) {
     if (extension_of(options.report) == ".json") return write(options.report, json_of(report));
-    HtmlReport page("Mesh of " + options.in, map.rule ? to_text(*map.rule) : "sizes of " + options.sizes);
+    HtmlReport page("Mesh of " + options.in, made.rule ? to_text(*made.rule) : "sizes of " + options.sizes);
     page.section("Mesh");
     add_mesh(page, report);
-    if (map.gradation) {
+    if (made.gradation) {
         page.section("Size map");
-        add_gradation(page, *gradation, *map.gradation, map.sized.sizes.size());
+        add_gradation(page, *gradation, *made.gradation, made.background_vertices);
     }
     if (!pictures.empty()) page.section("Pictures");
     for (const Picture& picture : pictures) page.picture(picture.title, picture.image);
@@ -115,15 +181,10 @@ int run_remesh(const Options& options) {
     check_options(options);
     const Session& session = options.session;
     Stages stages(session);
-    const PatchModel model = stages.run("reading", [&] { return load_model(options.in); });
-    Map map = make_map(options, model, gradation, stages);
-    const ControlSpace control = stages.run("control space", [&] { return ControlSpace(map.sized.background, map.sized.sizes); });
-    RemeshOptions remesh_options{
-        .fast = options.fast, .max_triangles = static_cast<double>(options.max_triangles), .threads = session.threads};
-    const RemeshResult result = stages.run("meshing", [&] { return remesh(model, control, remesh_options); });
-    const SurfaceMesh& mesh = result.mesh;
+    const Made made = kind_of(options.in) == FileKind::Mesh ? mesh_triangles(options, gradation, stages) : mesh_patches(options, gradation, stages);
+    const SurfaceMesh& mesh = made.result.mesh;
     stages.run("writing", [&] {
-        for (const std::string& path : options.out) write_surface_mesh(path, model, mesh);
+        for (const std::string& path : options.out) made.write(path);
     });
 
     std::vector<std::string> files = options.out;
@@ -137,40 +198,40 @@ int run_remesh(const Options& options) {
         }
     }
     if (!options.report.empty()) {
-        report = stages.run("report", [&] { return measure_surface_mesh(model, mesh, control); });
+        report = stages.run("report", [&] { return made.measure(); });
         report->stages = stages.times();
-        write_report(options, gradation, map, *report, pictures);
+        write_report(options, gradation, made, *report, pictures);
         files.push_back(options.report);
     }
 
     const Shape shape = shape_of(mesh);
-    const bool met = !map.gradation || map.gradation->met;
+    const bool met = made.met && (!made.gradation || made.gradation->met);
     if (session.talks()) {
-        session.say(text_of(options.in, model));
-        session.say(map.rule ? fmt::format("sizes: {}; background of {} vertices\n", to_text(*map.rule), grouped(map.sized.sizes.size()))
-                             : fmt::format("sizes: {}, {} vertices\n", options.sizes, grouped(map.sized.sizes.size())));
-        if (gradation) session.say(gradation_line(*gradation, map));
+        session.say(made.surface);
+        session.say(made.rule ? fmt::format("sizes: {}; background of {} vertices\n", to_text(*made.rule), grouped(made.background_vertices))
+                              : fmt::format("sizes: {}, {} vertices\n", options.sizes, grouped(made.background_vertices)));
+        if (gradation) session.say(gradation_line(*gradation, *made.gradation, made.background_vertices));
         session.say(fmt::format("mesh: {} triangles ({} expected), {} vertices; area-length worst {:.3f}, mean {:.4f}\n",
-                                grouped(mesh.triangles.size()), grouped(std::llround(result.statistics.predicted_triangles)),
+                                grouped(mesh.triangles.size()), grouped(std::llround(made.result.statistics.predicted_triangles)),
                                 grouped(mesh.points.size()), shape.worst, shape.mean));
+        session.say(made.note);
         session.say("time: " + text_of(stages.times()));
         session.say(fmt::format("wrote {}\n", fmt::join(files, " ")));
     }
     if (session.json) {
-        Json json{{"patches", model.num_patches()},
-                  {"sizing", map.rule ? json_of(*map.rule) : Json(nullptr)},
-                  {"background_vertices", map.sized.sizes.size()},
-                  {"gradation", gradation ? json_of(*gradation, *map.gradation) : Json(nullptr)},
-                  {"triangles", mesh.triangles.size()},
-                  {"vertices", mesh.points.size()},
-                  {"predicted_triangles", result.statistics.predicted_triangles},
-                  {"area_length", {{"min", shape.worst}, {"mean", shape.mean}}},
-                  {"report", report ? json_of(*report) : Json(nullptr)},
-                  {"stages", json_of(stages.times())},
-                  {"meshing", Json::array()},
-                  {"files", files}};
-        for (const auto& [name, seconds] : result.statistics.seconds)
-            json["meshing"].push_back({{"name", name.substr(name.find_first_not_of(' '))}, {"seconds", seconds}});
+        Json json = made.json;
+        json.update({{"sizing", made.rule ? json_of(*made.rule) : Json(nullptr)},
+                     {"background_vertices", made.background_vertices},
+                     {"gradation", gradation ? json_of(*gradation, *made.gradation) : Json(nullptr)},
+                     {"triangles", mesh.triangles.size()},
+                     {"vertices", mesh.points.size()},
+                     {"predicted_triangles", made.result.statistics.predicted_triangles},
+                     {"area_length", {{"min", shape.worst}, {"mean", shape.mean}}},
+                     {"report", report ? json_of(*report) : Json(nullptr)},
+                     {"stages", json_of(stages.times())},
+                     {"meshing", Json::array()},
+                     {"files", files}});
+        for (const auto& [name, seconds] : made.result.statistics.seconds) json["meshing"].push_back({{"name", name}, {"seconds", seconds}});
         print(session, json);
     }
     return met ? kMet : kFailed;
@@ -181,7 +242,7 @@ int run_remesh(const Options& options) {
 void add_remesh(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("remesh", "Mesh a surface");
     const auto options = std::make_shared<Options>();
-    command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez")->required();
+    command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez, or triangles, .obj .off .ply .stl .mesh .meshb")->required();
     command
         .add_option("-o,--output", options->out,
                     "Mesh, in the format of the extension: .obj .off .ply .stl .mesh .meshb .vtu; may be repeated")
@@ -196,6 +257,7 @@ void add_remesh(CLI::App& app, Run& run) {
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
     add_gradation(command, options->gradation, GradationNeeded::No);
+    add_features(command, options->features);
     command.add_flag("--fast", options->fast, "Smooth shapes only, do not search for better ones");
     command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")
         ->type_name("N")

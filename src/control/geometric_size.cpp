@@ -111,17 +111,6 @@ std::vector<int> pieces_per_curve(const PatchModel& model, int cells) {
     return pieces;
 }
 
-// Sizes prescribed at points hold at the nearest vertices.
-void lower_to_prescribed(const SizingRule& rule, std::span<const Eigen::Vector3d> points, std::vector<double>& sizes) {
-    for (const SizingRule::At& at : rule.at) {
-        const auto nearest = std::min_element(points.begin(), points.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-            return (a - at.point).squaredNorm() < (b - at.point).squaredNorm();
-        });
-        double& h = sizes[nearest - points.begin()];
-        h = std::min(h, at.size);
-    }
-}
-
 // A mesh of the patches under refinement. Half-edges on model curves carry the curve as tag.
 class Builder {
   public:

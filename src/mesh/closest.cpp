@@ -83,9 +83,14 @@ void ClosestTriangle::descend(int index, const Eigen::Vector3d& p, double& squar
     if (std::max(to_left, to_right) <= squared) descend(left_first ? right : left, p, squared, triangle);
 }
 
-ClosestTriangle::Hit ClosestTriangle::closest(const Eigen::Vector3d& p) const {
+ClosestTriangle::Hit ClosestTriangle::closest(const Eigen::Vector3d& p, int near) const {
     double squared = std::numeric_limits<double>::infinity();
     int triangle = -1;
+    if (near >= 0) {
+        const Triangle& v = triangles_[near];
+        squared = (closest_point(p, points_[v[0]], points_[v[1]], points_[v[2]]) - p).squaredNorm();
+        triangle = near;
+    }
     descend(0, p, squared, triangle);
     return {triangle, std::sqrt(squared)};
 }

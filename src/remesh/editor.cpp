@@ -94,14 +94,6 @@ int penalty(int valence, bool boundary) {
     return off * off;
 }
 
-void take_foot(Vertex& v, const Foot& foot) {
-    v.place = foot.place;
-    v.p = foot.point;
-    v.n = foot.normal;
-    v.h = foot.size;
-    v.g = std::cbrt(foot.size * foot.size);
-}
-
 }  // namespace
 
 double Editor::energy(int t) const {

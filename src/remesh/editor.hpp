@@ -26,6 +26,14 @@ struct alignas(64) Vertex {
     bool crease = false;  // two normals: not held against its triangles
 };
 
+inline void take_foot(Vertex& v, const Foot& foot) {
+    v.place = foot.place;
+    v.p = foot.point;
+    v.n = foot.normal;
+    v.h = foot.size;
+    v.g = std::cbrt(foot.size * foot.size);
+}
+
 // Energy of a triangle: 1 / (area-length quality), plus a term that is 0 where its area is the one asked for, plus a penalty where
 // it turns away from the surface. 1 for the ideal triangle. [remeshing notes; shape term: Bank & Smith 1997]
 inline constexpr double kSizeWeight = 0.1;

@@ -4,6 +4,8 @@
 #include <map>
 #include <numbers>
 #include <queue>
+#include <stdexcept>
+#include <string>
 
 namespace gradus {
 
@@ -287,6 +289,21 @@ void relax_worst(Editor& editor) {
 }
 
 }  // namespace
+
+void take_report(const OptimiseReport& report, RemeshStatistics& statistics) {
+    statistics.splits = report.splits;
+    statistics.collapses = report.collapses;
+    statistics.flips = report.flips;
+    statistics.attempts = report.attempts + report.worst_attempts;
+    statistics.kept = report.kept + report.worst_kept;
+    statistics.below_goal = report.below_goal;
+}
+
+void check_estimate(double predicted, const RemeshOptions& options) {
+    if (predicted > options.max_triangles)
+        throw std::length_error("the size map asks for about " + std::to_string(static_cast<long long>(predicted)) + " triangles, more than " +
+                                std::to_string(static_cast<long long>(options.max_triangles)));
+}
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock) {
     OptimiseReport report;

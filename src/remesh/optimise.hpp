@@ -2,6 +2,7 @@
 #pragma once
 
 #include "editor.hpp"
+#include "gradus/remesh/parametric.hpp"
 #include "stage_clock.hpp"
 
 namespace gradus {
@@ -17,6 +18,11 @@ struct OptimiseReport {
     int worst_attempts = 0, worst_kept = 0;  // the same for the worst triangles
     int below_goal = 0;                      // triangles that stayed below the goal
 };
+
+void take_report(const OptimiseReport& report, RemeshStatistics& statistics);
+
+/// @throws std::length_error where more triangles are predicted than allowed
+void check_estimate(double predicted, const RemeshOptions& options);
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock);
 

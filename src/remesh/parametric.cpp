@@ -385,9 +385,7 @@ RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const 
     RemeshResult result;
     RemeshStatistics& statistics = result.statistics;
     statistics.predicted_triangles = control.predicted_triangles();
-    if (statistics.predicted_triangles > options.max_triangles)
-        throw std::length_error("the size map asks for about " + std::to_string(static_cast<long long>(statistics.predicted_triangles)) + " triangles, more than " +
-                                std::to_string(static_cast<long long>(options.max_triangles)));
+    check_estimate(statistics.predicted_triangles, options);
     std::optional<tbb::global_control> limit;
     if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
 
@@ -405,13 +403,7 @@ RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const 
     statistics.generated_triangles = editor.mesh().num_live_triangles();
     clock.done("assembly");
 
-    const OptimiseReport report = optimise(editor, {.fast = options.fast, .goal = options.goal}, clock);
-    statistics.splits = report.splits;
-    statistics.collapses = report.collapses;
-    statistics.flips = report.flips;
-    statistics.attempts = report.attempts + report.worst_attempts;
-    statistics.kept = report.kept + report.worst_kept;
-    statistics.below_goal = report.below_goal;
+    take_report(optimise(editor, {.fast = options.fast, .goal = options.goal}, clock), statistics);
     result.mesh = export_mesh(model, support, editor);
     clock.done("export");
     return result;

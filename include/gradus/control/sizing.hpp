@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace gradus {
@@ -36,5 +37,8 @@ void check(const SizingRule& rule);
 
 /// Size for a minimal radius rho >= 0 (may be infinite), clamped.
 double size_from_radius(const SizingRule& rule, double rho);
+
+/// Sizes prescribed at points hold at the vertices nearest to them.
+void lower_to_prescribed(const SizingRule& rule, std::span<const Eigen::Vector3d> points, std::vector<double>& sizes);
 
 }  // namespace gradus

@@ -23,8 +23,8 @@ class ClosestTriangle {
         double distance = std::numeric_limits<double>::infinity();
     };
     /// The closest triangle, the one of least index where several are equally close. Logarithmic in the number of triangles for a point
-    /// near them. @pre p is finite
-    Hit closest(const Eigen::Vector3d& p) const;
+    /// near them. @param near  one of the triangles that is near p, which saves time; or -1  @pre p is finite
+    Hit closest(const Eigen::Vector3d& p, int near = -1) const;
 
   private:
     struct Box {

@@ -1,0 +1,58 @@
+/// From a triangulation to its mesh: the stages, and the check that a chord error asked for is kept.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "gradus/control/triangulation.hpp"
+#include "gradus/gradation/grade.hpp"
+#include "gradus/quality/hausdorff.hpp"
+#include "gradus/remesh/triangulated.hpp"
+#include "json.hpp"
+#include "options.hpp"
+#include "session.hpp"
+
+namespace gradus::app {
+
+/// How features are found, as given.
+struct FeatureChoice {
+    double angle = 40;  ///< degrees
+    bool no_labels = false;
+};
+void add_features(CLI::App& app, FeatureChoice& choice);
+
+/// The triangulation of a file, sound and oriented. @throws IoError, Failure naming the file and what is wrong with it
+std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const FeatureChoice& features, const SizingOptions& sizing);
+
+/// Two-sided distance between a mesh and the triangulation it stands for.
+struct Deviation {
+    OneSidedDistance from_input, from_mesh;
+    double largest() const { return std::max(from_input.largest, from_mesh.largest); }
+    double bound() const { return std::max(from_input.bound, from_mesh.bound); }
+};
+
+struct TriangulatedMesh {
+    RemeshResult result;
+    TriangulationBackground background;  ///< with the sizes that were meshed in the end
+    std::optional<GradationResult> gradation;
+    Deviation deviation;
+    int refinements = 0;                 ///< how often sizes were lowered where the chord error was not kept
+    std::optional<double> chord_error;   ///< asked for
+    bool kept() const { return !chord_error || deviation.bound() <= *chord_error; }
+};
+
+/// Sizes by the rule, graded, meshed; with a rule by chord error both surfaces stay within it of each other, else kept() is false.
+/// @param sizes  on the vertices of the triangulation, instead of those by the rule; may be empty
+TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRule& rule, std::span<const double> sizes,
+                                    const std::optional<GradationOptions>& gradation, const RemeshOptions& options, bool hmin_given, Stages& stages);
+
+/// "bunny.off: 75 408 triangles ..., diagonal 1.6; 3 feature curves, 4 corners"
+std::string text_of(const std::string& path, const Triangulation& surface);
+/// The distance between the mesh and the triangulation, against the chord error where one was asked for.
+std::string text_of(const TriangulatedMesh& mesh, double diagonal);
+Json json_of(const Triangulation& surface);
+Json json_of(const TriangulatedMesh& mesh);
+
+MeshReport measure_surface_mesh(const TriangulatedMesh& mesh);
+
+}  // namespace gradus::app

@@ -1,0 +1,64 @@
+/// A triangulated surface with what the way of the data needs of it: features, curvature, sizes on a background that resolves them.
+#pragma once
+
+#include "gradus/control/background.hpp"
+#include "gradus/control/sizing.hpp"
+#include "gradus/curvature/estimate.hpp"
+#include "gradus/mesh/features.hpp"
+#include "gradus/surface/smooth_support.hpp"
+
+#include <vector>
+
+namespace gradus {
+
+struct TriangulationOptions {
+    FeatureOptions features = {};
+    bool label_borders = true;       ///< edges between different labels are features
+    double least_curvature = 0;      ///< see EstimateOptions
+};
+
+/// Immutable after construction; not to be moved, as its parts refer to each other.
+class Triangulation {
+  public:
+    /// @throws std::invalid_argument for a soup that is no oriented manifold, without triangles or without extent
+    explicit Triangulation(TriangleSoup soup, const TriangulationOptions& options = {});
+    Triangulation(const Triangulation&) = delete;
+    Triangulation& operator=(const Triangulation&) = delete;
+
+    const TriangleSoup& soup() const { return soup_; }
+    const Connectivity& mesh() const { return mesh_; }
+    const Features& features() const { return features_; }
+    const Wedges& wedges() const { return wedges_; }
+    const std::vector<WedgeCurvature>& curvature() const { return curvature_; }  ///< one per wedge
+    /// Curvature of the feature curve through each vertex, 1 / length; 0 off features and at corners.
+    const std::vector<double>& curve_curvature() const { return curve_curvature_; }
+    double diagonal() const { return diagonal_; }
+    /// The smooth surface over it. It must not outlive this.
+    SmoothSupport support(const SmoothSupport::Options& options = {}) const;
+
+  private:
+    TriangleSoup soup_;
+    Connectivity mesh_;
+    Features features_;
+    Wedges wedges_;
+    std::vector<WedgeCurvature> curvature_;
+    std::vector<double> curve_curvature_;
+    double diagonal_ = 0;
+};
+
+/// A background for a triangulation; its first vertices are those of the triangulation, in order.
+struct TriangulationBackground {
+    Background background;     ///< without patches
+    std::vector<double> sizes; ///< one per vertex, by the rule
+    std::vector<int> cells;    ///< for each vertex a triangle of the background at it
+};
+
+/// Cuts the edges of the triangulation in half where sizes between their ends are not what interpolation says: beside a small round
+/// a large flat facet is to have large elements. Curvature varies linearly along an edge, on each side of features on its own.
+/// @throws std::invalid_argument for a bad rule
+TriangulationBackground make_background(const Triangulation& surface, const SizingRule& rule, int max_triangles = 20'000'000);
+
+/// The triangulation itself with sizes given at its vertices.
+TriangulationBackground make_background(const Triangulation& surface, std::span<const double> sizes);
+
+}  // namespace gradus

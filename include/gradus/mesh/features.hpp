@@ -1,0 +1,71 @@
+/// Features of a triangle mesh: what a mesh of the same surface must keep.
+#pragma once
+
+#include "gradus/mesh/connectivity.hpp"
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+namespace gradus {
+
+struct FeatureOptions {
+    double angle = 0.698;       ///< dihedral angle (between normals) from which an edge is a crease, radians in (0, pi]: 40 degrees
+    /// Below this an edge is none where the surface turns on as fast on both sides of it, as a coarse mesh of a round does: 70 degrees.
+    double sharp_angle = 1.22;
+    double weak_angle = 0.436;  ///< from which it continues one: 25 degrees
+    /// Creases that end freely and have fewer edges than this are noise, and left out.
+    int shortest = 5;
+    double corner_angle = 0.785;  ///< turn of a feature curve from which its vertex is a corner, radians: 45 degrees
+};
+
+/// A feature curve between two corners, or a closed one without.
+struct FeatureChain {
+    std::vector<int> vertices;  ///< in order; those of a closed chain once each
+    bool closed = false;
+
+    int num_edges() const { return static_cast<int>(vertices.size()) - (closed ? 0 : 1); }
+    int vertex(int i) const { return vertices[i % vertices.size()]; }
+};
+
+struct Features {
+    std::vector<FeatureChain> chains;
+    std::vector<char> corner;  ///< per vertex: where chains end, meet or turn
+};
+
+/// What is known of the features beforehand. All may be empty.
+struct KnownFeatures {
+    std::span<const std::array<int, 2>> edges{};
+    std::span<const int> corners{};
+    std::span<const int> labels{};  ///< one per triangle: edges between different labels are features
+};
+
+/// Boundaries, creases with hysteresis (an edge above the weak angle is one where it continues a crease), borders of labels and
+/// what is given. Half-edges of `mesh` are tagged with the number of their chain, others with -1.
+/// A vertex of two feature edges is a corner where the curve turns by the corner angle both from edge to edge and over three
+/// edges on either side: a jagged boundary has none.
+Features find_features(std::span<const Eigen::Vector3d> points, Connectivity& mesh, const FeatureOptions& options = {}, const KnownFeatures& known = {});
+
+/// A vertex as one side of the features sees it: its corners between two tagged edges, or all where it has none.
+struct Wedges {
+    std::vector<int> of_corner;  ///< wedge of each half-edge's origin, in its triangle
+    std::vector<int> vertex;     ///< of each wedge; the first wedge of vertex v has the number v
+    std::vector<int> first;      ///< half-edge of each wedge from which rotating, up to a tagged one or around, passes its triangles
+
+    int size() const { return static_cast<int>(vertex.size()); }
+    /// Calls use(h) for the half-edges of a wedge, one per triangle.
+    template <class Use>
+    void for_each(const Connectivity& mesh, int wedge, const Use& use) const {
+        const int begin = first[wedge];
+        int h = begin;
+        while (h != Connectivity::kNone) {
+            use(h);
+            h = mesh.tag(Connectivity::prev(h)) >= 0 ? Connectivity::kNone : mesh.rotate(h);
+            if (h == begin) break;
+        }
+    }
+};
+
+Wedges wedges_of(const Connectivity& mesh);
+
+}  // namespace gradus

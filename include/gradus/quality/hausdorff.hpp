@@ -1,0 +1,43 @@
+/// Distance between two triangulated surfaces, as a bound that holds everywhere on them and not at samples only.
+#pragma once
+
+#include "gradus/mesh/closest.hpp"
+#include "gradus/quality/mesh_edges.hpp"
+
+namespace gradus {
+
+struct OneSidedOptions {
+    double limit = 0;             ///< distances proved to be at most this need no closer look; 0: all do
+    double precision = 0.02;      ///< of the largest distance: its bounds are this close together
+    std::span<const int> near{};  ///< for each vertex a triangle of the target that is near it, which saves time; or empty
+};
+
+/// How far the points of a surface are from another one.
+struct OneSidedDistance {
+    double largest = 0;            ///< attained at `point`
+    double bound = 0;              ///< no point is farther
+    Eigen::Vector3d point{0, 0, 0};
+    std::vector<Offender> beyond;  ///< triangles with points farther than a limit > 0: the largest distance there, by triangle
+    std::vector<int> nearest;      ///< for each used vertex its closest triangle of the target, else -1
+};
+
+/// A surface that distances are measured to. The view must outlive it.
+class DistanceTarget {
+  public:
+    /// @throws std::invalid_argument for a surface without triangles
+    explicit DistanceTarget(const MeshView& mesh);
+
+    /// The distance to one triangle is convex: over a convex piece of the surface it is largest at a corner. So each triangle is cut
+    /// along the planes between the target's triangles under it, and each piece is held against one of them; where that says too
+    /// little, it is cut on and held against the closest ones. Parallel; the same for any number of threads.
+    OneSidedDistance measure_from(const MeshView& from, const OneSidedOptions& options = {}) const;
+
+  private:
+    friend class DistanceSearch;
+    MeshView mesh_;
+    ClosestTriangle tree_;
+    std::vector<std::array<int, 3>> neighbours_;  // across side k of each triangle, -1 where there is none or more than one
+    std::vector<Eigen::Vector3d> normals_;
+};
+
+}  // namespace gradus

@@ -1,0 +1,61 @@
+/// Meshes a triangulated surface with the sizes of a control space, by local operations on its smooth support.
+#pragma once
+
+#include "gradus/remesh/parametric.hpp"
+#include "gradus/remesh/support.hpp"
+#include "gradus/surface/smooth_support.hpp"
+
+#include <functional>
+
+namespace gradus {
+
+/// The smooth surface over a triangulation, its feature curves and sizes. A place is a triangle with the barycentric coordinates of
+/// corners 1 and 2; a feature curve is a chain with its arc length along the edges.
+class TriangleSupport final : public Support {
+  public:
+    /// All must outlive this.
+    TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control);
+    std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const override;
+    std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
+    int chain_of(int curve) const override { return curve; }
+    Foot middle(int chain, const Foot& a, const Foot& b) const override;
+    /// The place of a vertex of the triangulation. @param cell  a triangle of the control space at it
+    Foot at_vertex(int vertex, int cell) const;
+
+  private:
+    struct Curve {
+        std::vector<double> length;   // from the start to each vertex, to the end of a closed one too
+        std::vector<int> halfedges;   // one per edge
+        bool closed = false;
+
+        double end() const { return length.back(); }
+    };
+    Place on_curve(int curve, double t, int cell) const;
+    Foot foot(const Place& place) const;
+
+    const SmoothSupport& surface_;
+    const Features& features_;
+    const ControlSpace& control_;
+    std::vector<Curve> curves_;
+    std::vector<std::pair<int, double>> curve_of_;  // of each vertex inside a chain: chain and arc length; else -1
+};
+
+/// A triangulation with what is known of it.
+struct TriangulatedSurface {
+    const SmoothSupport& support;
+    const Features& features;
+    std::span<const int> labels{};  ///< of its triangles, or empty
+};
+
+/// Looks at a mesh and says what sizes to go on with, or nothing where it is good. Called for drafts first, then for meshes that may
+/// be the last. The control space must outlive the next call.
+using Recheck = std::function<const ControlSpace*(const SurfaceMesh& mesh)>;
+
+/// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features, corners and
+/// topology are kept. Places of the result name triangles of the triangulation.
+/// @param cells  for each vertex of the triangulation a triangle of the control space at it
+/// @throws std::length_error naming the estimate when the map asks for more than max_triangles
+RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options = {},
+                    const Recheck& recheck = {});
+
+}  // namespace gradus

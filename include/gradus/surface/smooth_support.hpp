@@ -1,0 +1,65 @@
+/// A smooth surface over a triangulation: what the facets stand for, so that new points do not lie on flat triangles.
+#pragma once
+
+#include "gradus/mesh/features.hpp"
+
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace gradus {
+
+/// One quartic Gregory patch per triangle, bounded by cubic curves, with the tangent planes given at the vertices. Neighbours
+/// meet with one tangent plane along their edge [Walton, Meek 1996], except at features, where they share only the curve.
+/// The boundary cubics have the handles that make them exact to fourth order for a circle; patches then are for smooth surfaces
+/// with exact normals. Points of a patch are given by the barycentric coordinates (b, c) of corners 1 and 2.
+class SmoothSupport {
+  public:
+    struct Options {
+        /// The middle of an edge curve stays this near to the edge, and a patch as near to its facet, about: unit of length.
+        double largest_bulge = std::numeric_limits<double>::infinity();
+    };
+    /// @param mesh     its half-edges tagged with the chain they belong to, or -1; must outlive this, as `points` and `wedges` must
+    /// @param normals  one per wedge, unit, or zero where unknown; at features they are turned to hold the curves' tangents
+    SmoothSupport(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, const Features& features, const Wedges& wedges,
+                  std::vector<Eigen::Vector3d> normals, const Options& options);
+
+    Eigen::Vector3d point(int triangle, double b, double c) const;
+    /// Unit; interpolated between the corners.
+    Eigen::Vector3d normal(int triangle, double b, double c) const;
+    /// At corner k of a triangle, on its side of features.
+    const Eigen::Vector3d& corner_normal(int triangle, int k) const { return normals_[wedges_->of_corner[3 * triangle + k]]; }
+    /// Point of the curve over half-edge h, s in [0, 1] from its origin.
+    Eigen::Vector3d curve_point(int h, double s) const;
+
+    struct Foot {
+        int triangle;
+        double b, c;
+        bool barred = false;  ///< the way to a closer triangle leads across a feature
+    };
+    /// The facet closest to p among those reached from `triangle` by ever closer ones, without crossing a feature.
+    Foot walk(int triangle, const Eigen::Vector3d& p) const;
+
+    const Connectivity& mesh() const { return *mesh_; }
+    std::span<const Eigen::Vector3d> points() const { return points_; }
+
+  private:
+    struct Handles {
+        Eigen::Vector3d from, to;  // inner control points of the cubic over a half-edge
+    };
+    Handles handles(int h) const;
+    void turn_normals(const Features& features);
+    void find_tangents(const Features& features);
+
+    std::span<const Eigen::Vector3d> points_;
+    const Connectivity* mesh_;
+    const Wedges* wedges_;
+    Options options_;
+    std::vector<Eigen::Vector3d> normals_;   // per wedge
+    std::vector<Eigen::Vector3d> tangents_;  // of the feature curve at its inner vertices; zero elsewhere, and at corners
+};
+
+/// Normal of each wedge, exact for points of a sphere [Max 1999]; zero where all its triangles are flat.
+std::vector<Eigen::Vector3d> wedge_normals(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, const Wedges& wedges);
+
+}  // namespace gradus

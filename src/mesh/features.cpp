@@ -1,0 +1,255 @@
+#include "gradus/mesh/features.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace gradus {
+
+namespace {
+
+constexpr int kReach = 3;                // edges on either side that tell a corner from a jag
+constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
+
+using Points = std::span<const Eigen::Vector3d>;
+
+Eigen::Vector3d normal_of(Points points, const Triangle& t) {
+    const Eigen::Vector3d n = (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]);
+    const double length = n.norm();
+    return length > 0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d::Zero();
+}
+
+// One number for both halves of an edge.
+int edge_of(const Connectivity& mesh, int h) { return mesh.twin(h) >= 0 ? std::min(h, mesh.twin(h)) : h; }
+
+class Finder {
+  public:
+    Finder(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known)
+        : points_(points), mesh_(mesh), options_(options), kind_(3 * static_cast<std::size_t>(mesh.num_triangles()), kNone), degree_(mesh.num_vertices(), 0) {
+        mark_certain(known);
+        mark_creases();
+        continue_creases();
+        for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
+            if (kind_[h] == kCrease || kind_[h] == kCertain) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
+        drop_short();
+    }
+
+    Features chains(std::span<const int> known_corners) {
+        Features features;
+        features.corner.assign(mesh_.num_vertices(), 0);
+        for (const int v : known_corners) features.corner[v] = 1;
+        for (int h = 0; h < static_cast<int>(kind_.size()); ++h) mesh_.set_tag(h, -1);
+        for (int v = 0; v < mesh_.num_vertices(); ++v)
+            if (degree_[v] > 0 && (degree_[v] != 2 || is_turn(v))) features.corner[v] = 1;
+        // Chains from corner to corner, then the closed ones.
+        for (const bool from_corner : {true, false})
+            for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
+                if (!is_feature(h)) continue;
+                for (const auto& [from, to] : {std::pair(mesh_.origin(h), mesh_.target(h)), std::pair(mesh_.target(h), mesh_.origin(h))}) {
+                    if (mesh_.tag(h) >= 0 || (from_corner && !features.corner[from])) continue;
+                    features.chains.push_back(trace(h, from, to, features.corner, static_cast<int>(features.chains.size())));
+                }
+            }
+        return features;
+    }
+
+  private:
+    enum Kind : char { kNone, kWeak, kCrease, kCertain };  // of an edge, at its first half
+
+    bool is_feature(int h) const { return kind_[edge_of(mesh_, h)] >= kCrease; }
+    Eigen::Vector3d along(int from, int to) const { return (points_[to] - points_[from]).stableNormalized(); }
+
+    // Calls use(half-edge, other end) for the edges at v.
+    template <class Use>
+    void for_each_edge(int v, const Use& use) const {
+        if (!mesh_.is_live_vertex(v)) return;
+        mesh_.for_each_outgoing(v, [&](int h) {
+            use(h, mesh_.target(h));
+            const int last = Connectivity::prev(h);
+            if (mesh_.twin(last) < 0) use(last, mesh_.origin(last));
+        });
+    }
+
+    void mark_certain(const KnownFeatures& known) {
+        for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
+            const int g = mesh_.twin(h);
+            if (g < 0 || (h < g && !known.labels.empty() && known.labels[h / 3] != known.labels[g / 3])) kind_[h] = kCertain;
+        }
+        for (const auto& [a, b] : known.edges)
+            if (const int h = mesh_.find_edge(a, b); h >= 0) kind_[edge_of(mesh_, h)] = kCertain;
+    }
+
+    void mark_creases() {
+        std::vector<Eigen::Vector3d> normals(mesh_.num_triangles());
+        for (int t = 0; t < mesh_.num_triangles(); ++t) normals[t] = normal_of(points_, mesh_.triangle(t));
+        for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
+            const int g = mesh_.twin(h);
+            if (g < h || kind_[h] == kCertain) continue;
+            const Eigen::Vector3d &n = normals[h / 3], &m = normals[g / 3];
+            if (n.isZero() || m.isZero()) continue;
+            const Eigen::Vector3d axis = along(mesh_.origin(h), mesh_.target(h));
+            const double turn = turn_about(axis, n, m);
+            if (std::abs(turn) < options_.weak_angle) continue;
+            if (std::abs(turn) < options_.sharp_angle && turns_on(normals, axis, turn, h) && turns_on(normals, axis, turn, g)) continue;
+            kind_[h] = std::abs(turn) >= options_.angle ? kCrease : kWeak;
+        }
+    }
+
+    static double turn_about(const Eigen::Vector3d& axis, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+        return std::atan2(from.cross(to).dot(axis), from.dot(to));
+    }
+
+    // Whether the surface beside h turns on, about the same axis and the same way, half as much as across h: a coarse round, no crease.
+    bool turns_on(const std::vector<Eigen::Vector3d>& normals, const Eigen::Vector3d& axis, double turn, int h) const {
+        const double sign = mesh_.twin(h) < h ? 1 : -1;  // away from the edge
+        double most = 0;
+        mesh_.for_each_outgoing(mesh_.apex(h), [&](int e) {
+            if (normals[e / 3].isZero()) return;
+            most = std::max(most, sign * turn_about(axis, normals[h / 3], normals[e / 3]) * (turn > 0 ? 1 : -1));
+        });
+        return most >= std::abs(turn) / 2;
+    }
+
+    // Weak edges that go on where a crease would end.
+    void continue_creases() {
+        std::vector<int> queue;
+        for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
+            if (kind_[h] == kCrease) queue.push_back(h);
+        for (std::size_t i = 0; i < queue.size(); ++i) {
+            const int h = queue[i];
+            for (const auto& [from, at] : {std::pair(mesh_.origin(h), mesh_.target(h)), std::pair(mesh_.target(h), mesh_.origin(h))}) {
+                int best = -1, features = 0;
+                double straightest = kContinues;
+                for_each_edge(at, [&, from = from, at = at](int e, int other) {
+                    const int edge = edge_of(mesh_, e);
+                    if (kind_[edge] >= kCrease) ++features;
+                    const double straight = along(from, at).dot(along(at, other));
+                    if (kind_[edge] == kWeak && straight > straightest) straightest = straight, best = edge;
+                });
+                if (features > 1 || best < 0) continue;
+                kind_[best] = kCrease;
+                queue.push_back(best);
+            }
+        }
+    }
+
+    // Takes away creases of few edges that end freely. What hangs together is followed from its free end.
+    void drop_short() {
+        for (int v = 0; v < mesh_.num_vertices(); ++v) {
+            if (degree_[v] != 1) continue;
+            std::vector<int> edges;
+            int at = v;
+            bool joins = false;
+            while (static_cast<int>(edges.size()) < options_.shortest) {
+                int following = -1, beyond = -1;
+                for_each_edge(at, [&](int e, int other) {
+                    const int edge = edge_of(mesh_, e);
+                    if (is_feature(edge) && (edges.empty() || edge != edges.back())) following = edge, beyond = other;
+                });
+                if (following < 0) break;
+                if (kind_[following] == kCertain) {
+                    joins = true;
+                    break;
+                }
+                edges.push_back(following);
+                at = beyond;
+                if (degree_[at] != 2) {
+                    joins = degree_[at] > 2;
+                    break;
+                }
+            }
+            if (static_cast<int>(edges.size()) >= options_.shortest || (joins && edges.empty())) continue;
+            for (const int e : edges) {
+                kind_[e] = kNone;
+                --degree_[mesh_.origin(e)];
+                --degree_[mesh_.target(e)];
+            }
+        }
+    }
+
+    std::array<int, 2> neighbours(int v) const {
+        std::array<int, 2> both{-1, -1};
+        int count = 0;
+        for_each_edge(v, [&](int e, int other) {
+            if (is_feature(e) && count < 2) both[count++] = other;
+        });
+        return both;
+    }
+
+    // The vertex some edges along the feature curve from v towards w.
+    int far_along(int v, int w) const {
+        for (int i = 1; i < kReach && degree_[w] == 2; ++i) {
+            const auto [a, b] = neighbours(w);
+            const int further = a == v ? b : a;
+            v = w;
+            w = further;
+        }
+        return w;
+    }
+
+    bool is_turn(int v) const {
+        const double straight = std::cos(options_.corner_angle);
+        const auto [a, b] = neighbours(v);
+        if (along(a, v).dot(along(v, b)) > straight) return false;
+        return along(far_along(v, a), v).dot(along(v, far_along(v, b))) <= straight;
+    }
+
+    FeatureChain trace(int h, int from, int to, const std::vector<char>& corner, int number) {
+        FeatureChain chain{{from}, false};
+        int edge = h, at = to;
+        while (true) {
+            mesh_.set_tag(edge, number);
+            if (at == from && !corner[at]) {
+                chain.closed = true;
+                return chain;
+            }
+            chain.vertices.push_back(at);
+            if (corner[at]) return chain;
+            int following = -1, beyond = -1;
+            for_each_edge(at, [&](int e, int other) {
+                if (is_feature(e) && mesh_.tag(e) < 0) following = e, beyond = other;
+            });
+            if (following < 0) return chain;
+            edge = following;
+            at = beyond;
+        }
+    }
+
+    Points points_;
+    Connectivity& mesh_;
+    const FeatureOptions& options_;
+    std::vector<char> kind_;
+    std::vector<int> degree_;  // feature edges per vertex
+};
+
+}  // namespace
+
+Features find_features(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known) {
+    return Finder(points, mesh, options, known).chains(known.corners);
+}
+
+Wedges wedges_of(const Connectivity& mesh) {
+    Wedges wedges;
+    wedges.of_corner.resize(3 * static_cast<std::size_t>(mesh.num_triangles()));
+    wedges.vertex.resize(mesh.num_vertices());
+    wedges.first.assign(mesh.num_vertices(), Connectivity::kNone);
+    for (int v = 0; v < mesh.num_vertices(); ++v) {
+        wedges.vertex[v] = v;
+        if (!mesh.is_live_vertex(v)) continue;
+        bool seen = false;
+        const auto begin = [&](int h) {
+            const int wedge = seen ? wedges.size() : v;
+            if (seen) wedges.vertex.push_back(v), wedges.first.push_back(h);
+            else wedges.first[v] = h;
+            seen = true;
+            wedges.for_each(mesh, wedge, [&](int e) { wedges.of_corner[e] = wedge; });
+        };
+        mesh.for_each_outgoing(v, [&](int h) {
+            if (mesh.tag(h) >= 0) begin(h);
+        });
+        if (!seen) begin(mesh.outgoing(v));
+    }
+    return wedges;
+}
+
+}  // namespace gradus

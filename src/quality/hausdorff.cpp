@@ -1,0 +1,216 @@
+#include "gradus/quality/hausdorff.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <stdexcept>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace gradus {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kDeepest = 10;      // halvings of an edge where cutting along the target says too little
+constexpr int kMostPieces = 400;  // of one triangle, before the rest is left to halving
+constexpr int kMostCorners = 16;
+
+struct Corner {
+    Vector3d p;
+    ClosestTriangle::Hit hit;
+};
+
+struct Found {
+    double largest = 0, bound = 0;
+    Vector3d point{0, 0, 0};
+
+    void attain(double distance, const Vector3d& at) {
+        if (distance > largest) largest = distance, point = at;
+    }
+};
+
+struct Polygon {
+    std::array<Vector3d, kMostCorners> corner;
+    int size = 0;
+
+    void add(const Vector3d& p) {
+        if (size < kMostCorners) corner[size++] = p;
+    }
+};
+
+// Cuts a convex polygon by the plane through a: what lies beyond, along m, goes to `beyond`.
+void cut(Polygon& polygon, const Vector3d& a, const Vector3d& m, Polygon& beyond) {
+    Polygon inside;
+    beyond.size = 0;
+    std::array<double, kMostCorners> height;
+    bool any = false;
+    for (int i = 0; i < polygon.size; ++i) height[i] = (polygon.corner[i] - a).dot(m), any = any || height[i] > 0;
+    if (!any) return;
+    for (int i = 0; i < polygon.size; ++i) {
+        const int j = (i + 1) % polygon.size;
+        (height[i] > 0 ? beyond : inside).add(polygon.corner[i]);
+        if ((height[i] > 0) == (height[j] > 0)) continue;
+        const Vector3d crossing = polygon.corner[i] + height[i] / (height[i] - height[j]) * (polygon.corner[j] - polygon.corner[i]);
+        inside.add(crossing);
+        beyond.add(crossing);
+    }
+    polygon = inside;
+}
+
+}  // namespace
+
+class DistanceSearch {
+  public:
+    DistanceSearch(const DistanceTarget& target, const OneSidedOptions& options) : target_(target), options_(options) {}
+
+    double attained = 0;  // by some point of the surface: less does not matter
+
+    Corner look(const Vector3d& p, int near = -1) const { return {p, target_.tree_.closest(p, near)}; }
+
+    void measure(const Corner& a, const Corner& b, const Corner& c, Found& found) const {
+        for (const Corner* x : {&a, &b, &c}) found.attain(x->hit.distance, x->p);
+        struct Piece {
+            Polygon polygon;
+            int triangle, from;
+        };
+        std::vector<Piece> stack(1);
+        for (const Corner* x : {&a, &b, &c}) stack[0].polygon.add(x->p);
+        stack[0].triangle = a.hit.triangle;
+        stack[0].from = -1;
+        for (int pieces = 0; !stack.empty(); ++pieces) {
+            Piece piece = stack.back();
+            stack.pop_back();
+            const int t = piece.triangle;
+            const Triangle& v = target_.mesh_.triangles[t];
+            for (int k = 0; pieces < kMostPieces && k < 3 && piece.polygon.size > 0; ++k) {
+                const int g = target_.neighbours_[t][k];
+                if (g < 0 || k == piece.from || piece.polygon.size + 3 > kMostCorners) continue;
+                const Vector3d& start = target_.mesh_.points[v[k]];
+                const Vector3d along = target_.mesh_.points[v[(k + 1) % 3]] - start;
+                Piece next;
+                cut(piece.polygon, start, along.cross(target_.normals_[t] + target_.normals_[g]), next.polygon);
+                if (next.polygon.size == 0) continue;
+                const auto& back = target_.neighbours_[g];
+                next.triangle = g;
+                next.from = static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin());
+                stack.push_back(next);
+            }
+            if (piece.polygon.size > 0) hold(piece.polygon, t, found);
+        }
+    }
+
+  private:
+    double distance_to(int triangle, const Vector3d& p) const {
+        const Triangle& t = target_.mesh_.triangles[triangle];
+        const auto& points = target_.mesh_.points;
+        return (p - closest_point(p, points[t[0]], points[t[1]], points[t[2]])).norm();
+    }
+
+    bool good_enough(double bound, const Found& found) const {
+        return bound <= options_.limit || bound <= (1 + options_.precision) * std::max(found.largest, attained);
+    }
+
+    // Holds a piece against one triangle and, where that is not good enough, halves it.
+    void hold(const Polygon& piece, int triangle, Found& found) const {
+        double bound = 0;
+        Vector3d farthest = piece.corner[0];
+        for (int i = 0; i < piece.size; ++i)
+            if (const double d = distance_to(triangle, piece.corner[i]); d > bound) bound = d, farthest = piece.corner[i];
+        if (!good_enough(bound, found)) {
+            found.attain(look(farthest, triangle).hit.distance, farthest);
+            if (!good_enough(bound, found)) {
+                const Corner first = look(piece.corner[0], triangle);
+                for (int i = 1; i + 1 < piece.size; ++i) halve(first, look(piece.corner[i], triangle), look(piece.corner[i + 1], triangle), 0, found);
+                return;
+            }
+        }
+        found.bound = std::max(found.bound, bound);
+    }
+
+    void halve(const Corner& a, const Corner& b, const Corner& c, int depth, Found& found) const {
+        for (const Corner* x : {&a, &b, &c}) found.attain(x->hit.distance, x->p);
+        double bound = std::min({farthest(a, b, c, a.hit.triangle), farthest(a, b, c, b.hit.triangle), farthest(a, b, c, c.hit.triangle)});
+        if (!good_enough(bound, found)) {
+            const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
+            found.attain(middle.hit.distance, middle.p);
+            bound = std::min(bound, farthest(a, b, c, middle.hit.triangle));
+        }
+        if (depth == kDeepest || good_enough(bound, found)) {
+            found.bound = std::max(found.bound, bound);
+            return;
+        }
+        const Corner ab = look((a.p + b.p) / 2, a.hit.triangle), bc = look((b.p + c.p) / 2, b.hit.triangle), ca = look((c.p + a.p) / 2, c.hit.triangle);
+        halve(a, ab, ca, depth + 1, found);
+        halve(ab, b, bc, depth + 1, found);
+        halve(ca, bc, c, depth + 1, found);
+        halve(ab, bc, ca, depth + 1, found);
+    }
+
+    // Largest distance of three corners to one triangle of the target.
+    double farthest(const Corner& a, const Corner& b, const Corner& c, int triangle) const {
+        double most = 0;
+        for (const Corner* x : {&a, &b, &c}) most = std::max(most, x->hit.triangle == triangle ? x->hit.distance : distance_to(triangle, x->p));
+        return most;
+    }
+
+    const DistanceTarget& target_;
+    const OneSidedOptions& options_;
+};
+
+namespace {
+
+std::vector<int> all_triangles(const MeshView& mesh) {
+    if (mesh.triangles.empty()) throw std::invalid_argument("DistanceTarget: a surface without triangles");
+    std::vector<int> all(mesh.triangles.size());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+}
+
+}  // namespace
+
+DistanceTarget::DistanceTarget(const MeshView& mesh)
+    : mesh_(mesh), tree_(mesh.points, mesh.triangles, all_triangles(mesh)), neighbours_(mesh.triangles.size(), {-1, -1, -1}) {
+    const MeshEdges edges = edges_of(mesh);
+    for (int e = 0; e < edges.size(); ++e) {
+        const auto uses = edges.uses_of(e);
+        if (uses.size() != 2) continue;
+        neighbours_[uses[0] / 3][uses[0] % 3] = uses[1] / 3;
+        neighbours_[uses[1] / 3][uses[1] % 3] = uses[0] / 3;
+    }
+    for (const auto& [a, b, c] : mesh.triangles) normals_.push_back((mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]).stableNormalized());
+}
+
+OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSidedOptions& options) const {
+    DistanceSearch search(*this, options);
+    std::vector<Corner> corners(from.points.size());
+    std::vector<char> used(from.points.size(), 0);
+    for (const Triangle& t : from.triangles)
+        for (const int v : t) used[v] = 1;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), 512), [&](const auto& range) {
+        for (std::size_t v = range.begin(); v < range.end(); ++v)
+            if (used[v]) corners[v] = search.look(from.points[v], options.near.empty() ? -1 : options.near[v]);
+    });
+    OneSidedDistance result;
+    for (std::size_t v = 0; v < corners.size(); ++v) {
+        result.nearest.push_back(corners[v].hit.triangle);
+        if (used[v]) search.attained = std::max(search.attained, corners[v].hit.distance);
+    }
+    std::vector<Found> found(from.triangles.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 256), [&](const auto& range) {
+        for (std::size_t t = range.begin(); t < range.end(); ++t) {
+            const auto& [a, b, c] = from.triangles[t];
+            search.measure(corners[a], corners[b], corners[c], found[t]);
+        }
+    });
+    for (std::size_t t = 0; t < found.size(); ++t) {
+        result.bound = std::max(result.bound, found[t].bound);
+        if (found[t].largest > result.largest) result.largest = found[t].largest, result.point = found[t].point;
+        if (options.limit > 0 && found[t].bound > options.limit) result.beyond.push_back({static_cast<int>(t), found[t].largest});
+    }
+    return result;
+}
+
+}  // namespace gradus

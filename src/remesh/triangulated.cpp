@@ -1,0 +1,225 @@
+#include "gradus/remesh/triangulated.hpp"
+
+#include "optimise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+
+namespace gradus {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kNear2 = 1e-2;  // squared: a tenth of the way is near enough
+constexpr int kMostSteps = 3;
+
+// Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
+Eigen::Vector2d on_halfedge(int h, double s) {
+    std::array<double, 3> w{0, 0, 0};
+    w[h % 3] = 1 - s;
+    w[(h + 1) % 3] = s;
+    return {w[1], w[2]};
+}
+
+}  // namespace
+
+TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control)
+    : surface_(surface), features_(features), control_(control), curve_of_(surface.mesh().num_vertices(), {-1, 0.0}) {
+    const auto points = surface.points();
+    for (const FeatureChain& chain : features.chains) {
+        Curve curve{{0.0}, {}, chain.closed};
+        for (int i = 0; i < chain.num_edges(); ++i) {
+            const int a = chain.vertex(i), b = chain.vertex(i + 1);
+            if (!features.corner[a]) curve_of_[a] = {static_cast<int>(curves_.size()), curve.end()};
+            curve.halfedges.push_back(surface.mesh().find_edge(a, b));
+            curve.length.push_back(curve.end() + (points[b] - points[a]).norm());
+        }
+        curves_.push_back(std::move(curve));
+    }
+}
+
+Foot TriangleSupport::foot(const Place& place) const {
+    const auto& [triangle, uv] = place.at;
+    Foot foot{place, surface_.point(triangle, uv.x(), uv.y()), surface_.normal(triangle, uv.x(), uv.y()), 0};
+    foot.size = control_.size(foot.point, foot.place.cell);
+    return foot;
+}
+
+Foot TriangleSupport::at_vertex(int vertex, int cell) const {
+    const int h = surface_.mesh().outgoing(vertex);
+    const auto [curve, t] = curve_of_[vertex];
+    return foot({{h / 3, on_halfedge(h, 0)}, curve, t, cell});
+}
+
+std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& target) const {
+    const Connectivity& mesh = surface_.mesh();
+    // From a feature the way may begin on either side.
+    SmoothSupport::Foot best{-1, 0, 0};
+    const auto try_from = [&](int triangle) {
+        const auto foot = surface_.walk(triangle, target);
+        if (best.triangle < 0 || (best.barred && !foot.barred)) best = foot;
+    };
+    const auto& [triangle, uv] = from.at;
+    const std::array<double, 3> w{1 - uv.x() - uv.y(), uv.x(), uv.y()};
+    try_from(triangle);
+    for (int k = 0; best.barred && k < 3; ++k) {
+        if (w[k] == 1) mesh.for_each_outgoing(mesh.origin(3 * triangle + k), [&](int h) { try_from(h / 3); });
+        else if (const int side = 3 * triangle + (k + 1) % 3; w[k] == 0 && mesh.twin(side) >= 0) try_from(mesh.twin(side) / 3);
+    }
+    if (best.barred) return std::nullopt;
+    Vector3d point = surface_.point(best.triangle, best.b, best.c), normal = surface_.normal(best.triangle, best.b, best.c);
+    const double goal2 = (target - surface_.point(triangle, uv.x(), uv.y())).squaredNorm();
+    Vector3d aim = target;
+    for (int step = 0; step < kMostSteps; ++step) {
+        const Vector3d miss = (target - point) - normal.dot(target - point) * normal;
+        if (miss.squaredNorm() <= kNear2 * goal2) break;
+        aim += miss;
+        const auto next = surface_.walk(best.triangle, aim);
+        if (next.barred) break;
+        best = next;
+        point = surface_.point(best.triangle, best.b, best.c);
+        normal = surface_.normal(best.triangle, best.b, best.c);
+    }
+    Foot foot{{{best.triangle, {best.b, best.c}}, -1, 0, from.cell}, point, normal, 0};
+    foot.size = control_.size(foot.point, foot.place.cell);
+    return foot;
+}
+
+Place TriangleSupport::on_curve(int curve, double t, int cell) const {
+    const Curve& c = curves_[curve];
+    if (c.closed) t -= c.end() * std::floor(t / c.end());
+    const auto edges = static_cast<int>(c.halfedges.size());
+    const int i = std::clamp(static_cast<int>(std::upper_bound(c.length.begin(), c.length.end(), t) - c.length.begin()) - 1, 0, edges - 1);
+    const double length = c.length[i + 1] - c.length[i];
+    const double s = length > 0 ? std::clamp((t - c.length[i]) / length, 0.0, 1.0) : 0;
+    const int h = c.halfedges[i];
+    const bool forward = surface_.mesh().origin(h) == features_.chains[curve].vertex(i);
+    return {{h / 3, on_halfedge(h, forward ? s : 1 - s)}, curve, t, cell};
+}
+
+std::optional<Foot> TriangleSupport::slide(const Place& from, const Vector3d& target) const {
+    const Curve& c = curves_[from.curve];
+    Place place = from;
+    for (int step = 0; step < 2; ++step) {
+        const auto i = std::clamp<std::ptrdiff_t>(std::upper_bound(c.length.begin(), c.length.end(), place.t) - c.length.begin() - 1, 0, std::ssize(c.halfedges) - 1);
+        const FeatureChain& chain = features_.chains[from.curve];
+        const auto points = surface_.points();
+        const Vector3d along = (points[chain.vertex(static_cast<int>(i) + 1)] - points[chain.vertex(static_cast<int>(i))]).stableNormalized();
+        const double t = place.t + along.dot(target - surface_.point(place.at.patch, place.at.uv.x(), place.at.uv.y()));
+        if (!c.closed && !(t > 0 && t < c.end())) return std::nullopt;
+        place = on_curve(from.curve, t, from.cell);
+    }
+    return foot(place);
+}
+
+Foot TriangleSupport::middle(int chain, const Foot& a, const Foot& b) const {
+    const Curve& c = curves_[chain];
+    const auto points = surface_.points();
+    const FeatureChain& of = features_.chains[chain];
+    const auto inside = [&](const Foot& f) { return f.place.curve == chain; };
+    // An end of an open chain; where the chain returns to its start, the end that is nearer along it.
+    const auto end_near = [&](const Foot& corner, double other) {
+        if (of.vertices.front() == of.vertices.back()) return other > c.end() / 2 ? c.end() : 0.0;
+        const Vector3d &first = points[of.vertices.front()], &last = points[of.vertices.back()];
+        return (corner.point - first).squaredNorm() < (corner.point - last).squaredNorm() ? 0.0 : c.end();
+    };
+    double ta = inside(a) ? a.place.t : 0, tb = inside(b) ? b.place.t : 0;
+    if (!inside(a)) ta = end_near(a, tb);
+    if (!inside(b)) tb = end_near(b, ta);
+    if (!inside(a) && !inside(b) && ta == tb) tb = c.end() - ta;
+    if (c.closed && tb - ta > c.end() / 2) tb -= c.end();
+    if (c.closed && ta - tb > c.end() / 2) ta -= c.end();
+    return foot(on_curve(chain, (ta + tb) / 2, a.place.cell));
+}
+
+namespace {
+
+std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const TriangleSupport& support, std::span<const int> cells) {
+    const Connectivity& mesh = surface.support.mesh();
+    std::vector<Vertex> vertices(mesh.num_vertices());
+    for (int v = 0; v < mesh.num_vertices(); ++v) {
+        if (!mesh.is_live_vertex(v)) continue;
+        Vertex& x = vertices[v];
+        take_foot(x, support.at_vertex(v, cells[v]));
+        x.p = surface.support.points()[v];
+        if (surface.features.corner[v]) x.bound = Bound::Fixed;
+        else if (x.place.curve >= 0) x.bound = Bound::Curve;
+        if (x.bound == Bound::Free) continue;
+        int sides = 0;
+        mesh.for_each_outgoing(v, [&](int h) { sides += mesh.tag(h) >= 0; });
+        x.crease = sides > 1;
+    }
+    return vertices;
+}
+
+std::vector<Vertex> with_sizes(const ControlSpace& control, std::vector<Vertex> vertices) {
+    for (Vertex& v : vertices) {
+        v.h = control.size(v.p, v.place.cell);
+        v.g = std::cbrt(v.h * v.h);
+    }
+    return vertices;
+}
+
+SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& support, const Editor& editor) {
+    SurfaceMesh result;
+    const Connectivity& mesh = editor.mesh();
+    for (const Vertex& v : editor.vertices()) {
+        result.points.push_back(v.p);
+        result.places.push_back(v.place.at);
+        result.sizes.push_back(v.h);
+    }
+    const auto label_under = [&](const Triangle& t) {
+        if (surface.labels.empty()) return 0;
+        const Vertex &a = editor.vertex(t[0]), &b = editor.vertex(t[1]), &c = editor.vertex(t[2]);
+        for (const Vertex* v : {&a, &b, &c})
+            if (v->bound == Bound::Free) return surface.labels[v->place.at.patch];
+        const auto foot = support.move(a.place, (a.p + b.p + c.p) / 3);
+        return surface.labels[foot ? foot->place.at.patch : a.place.at.patch];
+    };
+    for (int t = 0; t < mesh.num_triangles(); ++t) {
+        result.triangles.push_back(mesh.triangle(t));
+        result.patches.push_back(label_under(result.triangles.back()));
+        for (int h = 3 * t; h < 3 * t + 3; ++h)
+            if (mesh.tag(h) >= 0 && mesh.twin(h) < h) result.features.push_back({mesh.origin(h), mesh.target(h)});
+    }
+    return result;
+}
+
+}  // namespace
+
+RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options,
+                    const Recheck& recheck) {
+    RemeshResult result;
+    RemeshStatistics& statistics = result.statistics;
+    statistics.predicted_triangles = control.predicted_triangles();
+    check_estimate(statistics.predicted_triangles, options);
+    StageClock clock(statistics.seconds);
+    auto support = std::make_unique<TriangleSupport>(surface.support, surface.features, control);
+    auto editor = std::make_unique<Editor>(*support, place_vertices(surface, *support, cells), surface.support.mesh());
+    editor->renumber();
+    statistics.generated_triangles = editor->mesh().num_live_triangles();
+    clock.done("assembly");
+    // Drafts until one is good enough, then the whole schedule, which may find something to mend again.
+    for (bool draft = recheck && !options.fast;;) {
+        take_report(optimise(*editor, {.fast = draft || options.fast, .goal = options.goal}, clock), statistics);
+        result.mesh = export_mesh(surface, *support, *editor);
+        const ControlSpace* next = recheck ? recheck(result.mesh) : nullptr;
+        clock.done("check");
+        if (next) {
+            statistics.predicted_triangles = next->predicted_triangles();
+            check_estimate(statistics.predicted_triangles, options);
+            auto finer = std::make_unique<TriangleSupport>(surface.support, surface.features, *next);
+            editor = std::make_unique<Editor>(*finer, with_sizes(*next, editor->vertices()), editor->mesh());
+            support = std::move(finer);
+        } else if (draft) {
+            draft = false;
+        } else {
+            return result;
+        }
+    }
+}
+
+}  // namespace gradus
