@@ -140,7 +140,7 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     Made made;
     made.result = mesh->result;
     if (options.sizes.empty()) made.rule = rule;
-    made.background_vertices = mesh->background.sizes.size();
+    made.background_vertices = mesh->background_vertices;
     made.gradation = mesh->gradation;
     made.surface = text_of(options.in, *surface);
     made.note = text_of(*mesh, surface->diagonal());

@@ -17,13 +17,14 @@ namespace {
 constexpr double kChordShare = 0.5;    // of the chord error that sizes ask of edges: triangles are farther off than their edges
 constexpr double kBulgeShare = 0.2;    // that the smooth surface may be off the triangulation
 constexpr int kMostRefinements = 12;
+constexpr double kDraftShare = 0.85;   // of it that drafts keep
 constexpr double kGoal = 0.7;          // of the chord error, aimed at where it was not kept
 constexpr double kSteepest = 0.35, kLeast = 0.85;  // change of sizes there
 constexpr double kCoarsePrecision = 0.1;  // of those that tell how far to lower sizes
 constexpr double kPrecision = 1e-3;    // of the distances reported
 constexpr double kFinest = 0.1;        // of the default hmin, down to which sizes go to keep a chord error
 
-// Sizes of a background, lowered where the mesh they gave is too far from the triangulation.
+// Measures meshes against the triangulation, and lowers their sizes where they are too far from it.
 class Keeper {
   public:
     Keeper(const Triangulation& surface, const std::optional<GradationOptions>& gradation, double hmin, TriangulatedMesh& mesh)
@@ -37,39 +38,28 @@ class Keeper {
         mesh_.deviation.from_input = DistanceTarget(output).measure_from(input, {.limit = limit, .precision = precision});
     }
 
-    // Sizes to go on with; nothing where the chord error is kept, or cannot be.
-    const ControlSpace* refine(const SurfaceMesh& mesh, double chord_error) {
+    // Sizes at the vertices of the mesh to go on with; nothing where the chord error is kept, or cannot be.
+    std::optional<std::vector<double>> refine(const SurfaceMesh& mesh, double chord_error) {
         measure(mesh, chord_error, kCoarsePrecision);
-        if (mesh_.deviation.bound() <= chord_error || mesh_.refinements == kMostRefinements) return nullptr;
-        std::vector<double> excess(mesh.triangles.size(), 0);
-        const auto raise = [&](int t, double distance) { excess[t] = std::max(excess[t], distance); };
-        for (const Offender& o : mesh_.deviation.from_mesh.beyond) raise(o.index, o.value);
-        for (const Offender& o : mesh_.deviation.from_input.beyond)
-            for (const int v : surface_.soup().triangles[o.index]) raise(mesh_.deviation.from_input.nearest[v], o.value);
+        const Deviation& deviation = mesh_.deviation;
+        if (deviation.bound() <= chord_error || mesh_.refinements == kMostRefinements) return std::nullopt;
+        std::vector<double> sizes = mesh.sizes;
         bool lowered = false;
-        std::vector<double>& sizes = mesh_.background.sizes;
-        const auto lower = [&](int v, double size) {
-            size = std::max(size, hmin_);
-            if (size < sizes[v]) sizes[v] = size, lowered = true;
-        };
         // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones.
         const double power = mesh_.refinements == 0 ? 0.5 : 1;
-        const auto factor = [&](double distance) { return std::clamp(std::pow(kGoal * chord_error / std::max(distance, chord_error), power), kSteepest, kLeast); };
-        for (std::size_t v = 0; v < surface_.soup().points.size(); ++v)
-            if (const int t = mesh_.deviation.from_input.nearest[v]; t >= 0 && excess[t] > 0) lower(static_cast<int>(v), factor(excess[t]) * sizes[v]);
-        for (std::size_t t = 0; t < excess.size(); ++t)
-            if (excess[t] > 0)
-                for (const int v : mesh.triangles[t])
-                    for (const int x : surface_.soup().triangles[mesh.places[v].patch]) lower(x, factor(excess[t]) * mesh.sizes[v]);
-        if (!lowered) return nullptr;
+        const auto lower = [&](int triangle, double distance) {
+            const double factor = std::clamp(std::pow(kGoal * chord_error / std::max(distance, chord_error), power), kSteepest, kLeast);
+            for (const int v : mesh.triangles[triangle]) {
+                const double size = std::max(factor * mesh.sizes[v], hmin_);
+                if (size < sizes[v]) sizes[v] = size, lowered = true;
+            }
+        };
+        for (const TooFar& far : deviation.from_mesh.beyond) lower(far.triangle, far.distance);
+        for (const TooFar& far : deviation.from_input.beyond) lower(far.nearest, far.distance);
+        if (!lowered) return std::nullopt;
         ++mesh_.refinements;
-        regrade();
-        control_ = std::make_unique<ControlSpace>(mesh_.background.background, sizes);
-        return control_.get();
-    }
-
-    void regrade() {
-        if (gradation_) mesh_.gradation = grade(mesh_.background.background.mesh, mesh_.background.sizes, *gradation_);
+        if (gradation_) mesh_.gradation = grade(make_mesh(mesh.points, mesh.triangles), sizes, *gradation_);
+        return sizes;
     }
 
   private:
@@ -78,7 +68,6 @@ class Keeper {
     double hmin_;
     TriangulatedMesh& mesh_;
     DistanceTarget target_;
-    std::unique_ptr<ControlSpace> control_;
 };
 
 }  // namespace
@@ -121,23 +110,25 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     if (rule.kind == SizingRule::Kind::ChordError) mesh.chord_error = rule.value;
     SizingRule asked = rule;
     if (mesh.chord_error) asked.value *= kChordShare;
-    mesh.background = stages.run("background", [&] {
+    TriangulationBackground map = stages.run("background", [&] {
         return sizes.empty() ? make_background(surface, asked, static_cast<int>(options.max_triangles)) : make_background(surface, sizes);
     });
+    mesh.background_vertices = map.sizes.size();
+    if (gradation) stages.run("gradation", [&] { mesh.gradation = grade(map.background.mesh, map.sizes, *gradation); });
+    const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support(
         {.largest_bulge = mesh.chord_error ? kBulgeShare * *mesh.chord_error : std::numeric_limits<double>::infinity()});
     const TriangulatedSurface whole{support, surface.features(), surface.soup().labels};
     const double finest = hmin_given ? rule.hmin : kFinest * rule.hmin;
     Keeper keeper = stages.run("distance tree", [&] { return Keeper(surface, gradation, finest, mesh); });
-    stages.run("gradation", [&] { keeper.regrade(); });
-    const ControlSpace control(mesh.background.background, mesh.background.sizes);
     Recheck recheck;
     if (mesh.chord_error)
-        recheck = [&](const SurfaceMesh& draft) {
+        recheck = [&](const SurfaceMesh& draft, MeshStage stage) {
             stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size())));
-            return keeper.refine(draft, *mesh.chord_error);
+            // Drafts keep a margin for what the rest of the schedule moves.
+            return keeper.refine(draft, (stage == MeshStage::Draft ? kDraftShare : 1) * *mesh.chord_error);
         };
-    mesh.result = stages.run("meshing", [&] { return remesh(whole, control, mesh.background.cells, options, recheck); });
+    mesh.result = stages.run("meshing", [&] { return remesh(whole, control, map.cells, options, recheck); });
     stages.run("distance", [&] { keeper.measure(mesh.result.mesh, 0, kPrecision); });
     return mesh;
 }

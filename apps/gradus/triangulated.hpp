@@ -33,8 +33,8 @@ struct Deviation {
 
 struct TriangulatedMesh {
     RemeshResult result;
-    TriangulationBackground background;  ///< with the sizes that were meshed in the end
-    std::optional<GradationResult> gradation;
+    std::size_t background_vertices = 0;
+    std::optional<GradationResult> gradation;  ///< of the map that was meshed in the end
     Deviation deviation;
     int refinements = 0;                 ///< how often sizes were lowered where the chord error was not kept
     std::optional<double> chord_error;   ///< asked for

@@ -26,9 +26,10 @@ struct Corner {
 struct Found {
     double largest = 0, bound = 0;
     Vector3d point{0, 0, 0};
+    int nearest = -1;
 
-    void attain(double distance, const Vector3d& at) {
-        if (distance > largest) largest = distance, point = at;
+    void attain(const Corner& c) {
+        if (c.hit.distance > largest || nearest < 0) largest = c.hit.distance, point = c.p, nearest = c.hit.triangle;
     }
 };
 
@@ -71,7 +72,7 @@ class DistanceSearch {
     Corner look(const Vector3d& p, int near = -1) const { return {p, target_.tree_.closest(p, near)}; }
 
     void measure(const Corner& a, const Corner& b, const Corner& c, Found& found) const {
-        for (const Corner* x : {&a, &b, &c}) found.attain(x->hit.distance, x->p);
+        for (const Corner* x : {&a, &b, &c}) found.attain(*x);
         struct Piece {
             Polygon polygon;
             int triangle, from;
@@ -120,7 +121,7 @@ class DistanceSearch {
         for (int i = 0; i < piece.size; ++i)
             if (const double d = distance_to(triangle, piece.corner[i]); d > bound) bound = d, farthest = piece.corner[i];
         if (!good_enough(bound, found)) {
-            found.attain(look(farthest, triangle).hit.distance, farthest);
+            found.attain(look(farthest, triangle));
             if (!good_enough(bound, found)) {
                 const Corner first = look(piece.corner[0], triangle);
                 for (int i = 1; i + 1 < piece.size; ++i) halve(first, look(piece.corner[i], triangle), look(piece.corner[i + 1], triangle), 0, found);
@@ -131,11 +132,11 @@ class DistanceSearch {
     }
 
     void halve(const Corner& a, const Corner& b, const Corner& c, int depth, Found& found) const {
-        for (const Corner* x : {&a, &b, &c}) found.attain(x->hit.distance, x->p);
+        for (const Corner* x : {&a, &b, &c}) found.attain(*x);
         double bound = std::min({farthest(a, b, c, a.hit.triangle), farthest(a, b, c, b.hit.triangle), farthest(a, b, c, c.hit.triangle)});
         if (!good_enough(bound, found)) {
             const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
-            found.attain(middle.hit.distance, middle.p);
+            found.attain(middle);
             bound = std::min(bound, farthest(a, b, c, middle.hit.triangle));
         }
         if (depth == kDeepest || good_enough(bound, found)) {
@@ -194,10 +195,8 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
             if (used[v]) corners[v] = search.look(from.points[v], options.near.empty() ? -1 : options.near[v]);
     });
     OneSidedDistance result;
-    for (std::size_t v = 0; v < corners.size(); ++v) {
-        result.nearest.push_back(corners[v].hit.triangle);
+    for (std::size_t v = 0; v < corners.size(); ++v)
         if (used[v]) search.attained = std::max(search.attained, corners[v].hit.distance);
-    }
     std::vector<Found> found(from.triangles.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 256), [&](const auto& range) {
         for (std::size_t t = range.begin(); t < range.end(); ++t) {
@@ -208,7 +207,7 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
     for (std::size_t t = 0; t < found.size(); ++t) {
         result.bound = std::max(result.bound, found[t].bound);
         if (found[t].largest > result.largest) result.largest = found[t].largest, result.point = found[t].point;
-        if (options.limit > 0 && found[t].bound > options.limit) result.beyond.push_back({static_cast<int>(t), found[t].largest});
+        if (options.limit > 0 && found[t].bound > options.limit) result.beyond.push_back({static_cast<int>(t), found[t].largest, found[t].point, found[t].nearest});
     }
     return result;
 }

@@ -155,10 +155,19 @@ std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const Tri
     return vertices;
 }
 
-std::vector<Vertex> with_sizes(const ControlSpace& control, std::vector<Vertex> vertices) {
-    for (Vertex& v : vertices) {
-        v.h = control.size(v.p, v.place.cell);
-        v.g = std::cbrt(v.h * v.h);
+// A mesh as the background of the next one.
+struct OwnBackground {
+    Background background;
+    ControlSpace control;
+
+    OwnBackground(const SurfaceMesh& mesh, std::span<const double> sizes) : background{make_mesh(mesh.points, mesh.triangles), {}, {}}, control(background, sizes) {}
+};
+
+std::vector<Vertex> with_sizes(const Connectivity& mesh, std::vector<Vertex> vertices, std::span<const double> sizes) {
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+        vertices[v].h = sizes[v];
+        vertices[v].g = std::cbrt(sizes[v] * sizes[v]);
+        vertices[v].place.cell = mesh.outgoing(static_cast<int>(v)) / 3;
     }
     return vertices;
 }
@@ -202,18 +211,21 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     editor->renumber();
     statistics.generated_triangles = editor->mesh().num_live_triangles();
     clock.done("assembly");
+    std::unique_ptr<OwnBackground> own;
     // Drafts until one is good enough, then the whole schedule, which may find something to mend again.
     for (bool draft = recheck && !options.fast;;) {
         take_report(optimise(*editor, {.fast = draft || options.fast, .goal = options.goal}, clock), statistics);
         result.mesh = export_mesh(surface, *support, *editor);
-        const ControlSpace* next = recheck ? recheck(result.mesh) : nullptr;
+        const auto sizes = recheck ? recheck(result.mesh, draft ? MeshStage::Draft : MeshStage::Final) : std::nullopt;
         clock.done("check");
-        if (next) {
-            statistics.predicted_triangles = next->predicted_triangles();
+        if (sizes) {
+            auto finer = std::make_unique<OwnBackground>(result.mesh, *sizes);
+            statistics.predicted_triangles = finer->control.predicted_triangles();
             check_estimate(statistics.predicted_triangles, options);
-            auto finer = std::make_unique<TriangleSupport>(surface.support, surface.features, *next);
-            editor = std::make_unique<Editor>(*finer, with_sizes(*next, editor->vertices()), editor->mesh());
-            support = std::move(finer);
+            auto on_it = std::make_unique<TriangleSupport>(surface.support, surface.features, finer->control);
+            editor = std::make_unique<Editor>(*on_it, with_sizes(editor->mesh(), editor->vertices(), *sizes), editor->mesh());
+            support = std::move(on_it);
+            own = std::move(finer);
         } else if (draft) {
             draft = false;
         } else {

@@ -141,8 +141,8 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
         return Vector3d(length * (2.0 / 3) / (1 + kSteepest) * (kSteepest * along + std::sqrt(1 - kSteepest * kSteepest) * across));
     };
     Vector3d from = handle(ta), to = handle(tb);
-    // The middle of the cubic lies 3/8 of the difference of the handles off the chord.
-    const double bulge = 0.375 * without(from - to, along).norm();
+    // The middle of the cubic lies 3/8 of the difference of the handles off the chord, a bend either way .29 of one of them.
+    const double bulge = std::max({0.375 * without(from - to, along).norm(), 0.29 * without(from, along).norm(), 0.29 * without(to, along).norm()});
     if (bulge > options_.largest_bulge) {
         const double share = options_.largest_bulge / bulge;
         const auto flatten = [&](const Vector3d& v) { return Vector3d(v.dot(along) * along + share * without(v, along)); };

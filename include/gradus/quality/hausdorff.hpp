@@ -12,13 +12,20 @@ struct OneSidedOptions {
     std::span<const int> near{};  ///< for each vertex a triangle of the target that is near it, which saves time; or empty
 };
 
+/// A triangle with points that are too far.
+struct TooFar {
+    int triangle = -1;
+    double distance = 0;            ///< largest seen
+    Eigen::Vector3d point{0, 0, 0}; ///< where
+    int nearest = -1;               ///< triangle of the target that is closest to it
+};
+
 /// How far the points of a surface are from another one.
 struct OneSidedDistance {
     double largest = 0;            ///< attained at `point`
     double bound = 0;              ///< no point is farther
     Eigen::Vector3d point{0, 0, 0};
-    std::vector<Offender> beyond;  ///< triangles with points farther than a limit > 0: the largest distance there, by triangle
-    std::vector<int> nearest;      ///< for each used vertex its closest triangle of the target, else -1
+    std::vector<TooFar> beyond;    ///< triangles with points farther than a limit > 0, in their order
 };
 
 /// A surface that distances are measured to. The view must outlive it.
