@@ -15,7 +15,7 @@ constexpr int kMostSpokes = 40;      // vertices of higher valence are left to f
 constexpr double kStillMoves = 2e-3; // moves below this fraction of the size are not worth making
 constexpr int kPairRounds = 4;
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
-constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one
+constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
 
 Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
     return (std::abs(n.x()) < 0.6 ? Eigen::Vector3d(0, n.z(), -n.y()) : Eigen::Vector3d(-n.z(), 0, n.x())).normalized();
@@ -255,7 +255,8 @@ double Editor::flip_rise(int h) const {
 bool Editor::flip(int h) {
     const int g = mesh_.twin(h);
     const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
-    if (triangle_energy(v, d, c) > kLegalEnergy || triangle_energy(d, w, c) > kLegalEnergy) return false;
+    const double legal = std::max({kLegalEnergy, triangle_energy(v, w, c), triangle_energy(w, v, d)});
+    if (triangle_energy(v, d, c) > legal || triangle_energy(d, w, c) > legal) return false;
     mesh_.flip(h);
     return true;
 }
@@ -288,10 +289,13 @@ bool Editor::collapse(int h) {
             stretch(Connectivity::prev(e), mesh_.apex(e));
         });
     }
+    double now = kLegalEnergy, then = 0;
     mesh_.for_each_outgoing(v, [&](int e) {
-        if (e == h || (g >= 0 && e == Connectivity::next(g))) return;
-        if (triangle_energy(w, vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]) > kLegalEnergy) legal = false;
+        const Vertex &a = vertices_[mesh_.target(e)], &b = vertices_[mesh_.apex(e)];
+        now = std::max(now, triangle_energy(vertices_[v], a, b));
+        if (e != h && !(g >= 0 && e == Connectivity::next(g))) then = std::max(then, triangle_energy(w, a, b));
     });
+    legal = legal && then <= now;
     if (legal) mesh_.collapse(h);
     return legal;
 }
