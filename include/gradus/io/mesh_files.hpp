@@ -8,8 +8,7 @@
 /// | .off | Geomview: text, with NOFF, COFF and STOFF | points, triangles |
 /// | .ply | Stanford: text, binary of both byte orders read, little endian written | points, triangles, fields |
 /// | .stl | text, or binary in *single* precision, the format having no other | points welded where equal, triangles |
-/// | .vtu .vtp | VTK in XML: ascii, inline, appended, zlib, both byte orders read; .vtu written (binary) | triangles, labels, edges, fields
-/// |
+/// | .vtu .vtp | VTK in XML: text, binary, appended, zlib, both byte orders read; binary .vtu written | triangles, labels, edges, fields |
 ///
 /// Points are doubles: text is written with the fewest digits that read back to the same bits, and read exactly rounded.
 /// Polygons are split into fans from their first corner. Vertices without triangles are kept. Topology is not looked at
@@ -24,9 +23,9 @@
 ///
 /// Gmsh and VTK: of triangles and quadrilaterals of second and higher order the corners are used only; the other nodes go. Lines are
 /// feature edges, points are passed over, files with volume elements are refused.
-/// Gmsh: the label of a face is its physical group, the first one, else the entity it is on; there are no labels if all faces are on
-/// one entity and in no group. Written: a surface and a group for each label, so triangles come back in the order of labels; a curve for
-/// the edges.
+/// Gmsh: the label of a face is its physical group (the first one), else the entity it is on; no labels if all faces are on one entity
+/// and in no group. Written are a surface and a group for each label, so that triangles come in the order of labels, and a curve of all
+/// edges.
 /// VTK: an integer cell array `label` is the labels; the fields of write_vtu are read by read_mesh_data.
 #pragma once
 
