@@ -200,7 +200,9 @@ class Reader {
     MeshData read();
 
   private:
-    void read_entities();
+    enum class Entities { Whole, Partitioned };
+    void read_entities(Entities entities);
+    void read_entity(int dimension, Entities entities);
     void read_nodes();
     void read_node_blocks();
     void read_point();
@@ -220,7 +222,7 @@ class Reader {
     SurfaceCells cells_;
     bool has_nodes_ = false, has_elements_ = false;
     Numbering nodes_, elements_;
-    std::map<int, int> physical_of_surface_;
+    std::map<int, Tags> surfaces_;
     std::vector<Tags> tags_of_triangle_;
 };
 
@@ -231,24 +233,38 @@ int Reader::read_label(const char* what) {
     return static_cast<int>(label);
 }
 
-/// Version 4.1: keeps the first physical group of the surfaces.
-void Reader::read_entities() {
+/// Version 4.1: keeps the tags of surfaces. Partitioned ones take the place of the entities they are parts of.
+void Reader::read_entities(Entities entities) {
     in_.begin_data();
+    if (entities == Entities::Partitioned) {
+        in_.tag("the number of partitions");
+        const std::size_t ghosts = in_.count("the number of ghost entities", 2, 0);
+        for (std::size_t g = 0; g < 2 * ghosts; ++g) in_.integer("a ghost entity");
+    }
     std::array<std::size_t, 4> counts;
     for (std::size_t& n : counts) n = in_.count("the number of entities", 2, 3);
-    for (std::size_t dimension = 0; dimension < 4; ++dimension) {
-        for (std::size_t i = 0; i < counts[dimension]; ++i) {
-            const int tag = read_label("an entity");
-            for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) in_.any_real("a bound of an entity");
-            const std::size_t groups = in_.count("the number of physical groups", 1, 0);
-            for (std::size_t g = 0; g < groups; ++g) {
-                const int group = read_label("a physical group");
-                if (dimension == 2 && g == 0) physical_of_surface_[tag] = group;
-            }
-            const std::size_t bounding = dimension == 0 ? 0 : in_.count("the number of bounding entities", 1, 0);
-            for (std::size_t b = 0; b < bounding; ++b) in_.integer("a bounding entity");
-        }
+    for (int dimension = 0; dimension < 4; ++dimension)
+        for (std::size_t i = 0; i < counts[static_cast<std::size_t>(dimension)]; ++i) read_entity(dimension, entities);
+}
+
+void Reader::read_entity(int dimension, Entities entities) {
+    const int tag = read_label("an entity");
+    Tags tags{std::nullopt, tag};
+    if (entities == Entities::Partitioned) {
+        in_.integer("the dimension of an entity");
+        tags.entity = read_label("an entity");
+        const std::size_t partitions = in_.count("the number of partitions", 1, 0);
+        for (std::size_t p = 0; p < partitions; ++p) in_.integer("a partition");
     }
+    for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) in_.any_real("a bound of an entity");
+    const std::size_t groups = in_.count("the number of physical groups", 1, 0);
+    for (std::size_t g = 0; g < groups; ++g) {
+        const int group = read_label("a physical group");
+        if (g == 0) tags.physical = group;
+    }
+    const std::size_t bounding = dimension == 0 ? 0 : in_.count("the number of bounding entities", 1, 0);
+    for (std::size_t b = 0; b < bounding; ++b) in_.integer("a bounding entity");
+    if (dimension == 2) surfaces_[tag] = tags;
 }
 
 void Reader::read_point() {
@@ -355,8 +371,7 @@ void Reader::read_element_blocks() {
     for (std::size_t b = 0; b < blocks; ++b) {
         const std::int64_t dimension = in_.integer("the dimension of an entity");
         Tags tags{std::nullopt, read_label("an entity")};
-        if (const auto found = physical_of_surface_.find(tags.entity); dimension == 2 && found != physical_of_surface_.end())
-            tags.physical = found->second;
+        if (const auto found = surfaces_.find(tags.entity); dimension == 2 && found != surfaces_.end()) tags = found->second;
         const CellKind& kind = read_kind();
         const std::size_t n = in_.count("the number of elements in a block", 2, 0);
         for (std::size_t i = 0; i < n; ++i) {
@@ -444,7 +459,9 @@ MeshData Reader::read() {
         const std::size_t where = in_.here();
         const bool four = in_.version() == 4;
         if (*section == "$Entities" && four) {
-            read_entities();
+            read_entities(Entities::Whole);
+        } else if (*section == "$PartitionedEntities" && four) {
+            read_entities(Entities::Partitioned);
         } else if (*section == "$Nodes") {
             if (has_nodes_) in_.fail_at(where, "a second $Nodes section");
             has_nodes_ = true;

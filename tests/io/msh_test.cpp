@@ -189,6 +189,19 @@ TEST_CASE("a later step of a Gmsh field replaces an earlier one", "[io][msh]") {
     CHECK(data.cell_fields[0].values == std::vector{std::numeric_limits<double>::infinity()});
 }
 
+TEST_CASE("parts of a Gmsh surface have the label of the whole", "[io][msh]") {
+    const TemporaryFolder folder;
+    std::string text = kHead4;
+    text +=
+        "$Entities\n0 0 2 0\n1 0 0 0 1 1 0 1 9 0\n2 0 0 0 1 1 0 0 0\n$EndEntities\n$PartitionedEntities\n2\n1\n50 1\n"
+        "0 1 2 0\n3 2 1 2 1 2 0 0 0 1 1 0 0 0\n4 2 1 1 1 0 0 0 1 1 0 1 9 2 3 -1\n5 2 2 1 2 0 0 0 1 1 0 0 0\n"
+        "$EndPartitionedEntities\n$Nodes\n1 3 1 3\n2 4 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n$EndNodes\n"
+        "$Elements\n2 2 1 2\n2 4 2 1\n1 1 2 3\n2 5 2 1\n2 1 3 2\n$EndElements\n";
+    const MeshData data = read_text(folder, text);
+    CHECK(data.soup.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 1}});
+    CHECK(data.soup.labels == std::vector{9, 2});
+}
+
 TEST_CASE("malformed Gmsh texts are refused with the path and the line", "[io][msh]") {
     struct Case {
         const char* start;  ///< well formed, then
@@ -232,6 +245,7 @@ TEST_CASE("malformed Gmsh texts are refused with the path and the line", "[io][m
         {kNodes4, "$Elements\n2 1 1 1\n2 1 2 1\n1 1 2 3\n$EndElements\n", 18, "found '$EndElements'"},
         {kHead4, "$Nodes\n1 3 1 3\n2 1 0 1\n1\n0 0 0\n$EndNodes\n", 5, "3 nodes are announced, but the blocks hold 1"},
         {kHead4, "$Nodes\n1 1 1 1\n4 1 0 1\n1\n0 0 0\n$EndNodes\n", 6, "dimension of an entity is 4"},
+        {kHead4, "$PartitionedEntities\n2\n1000000000\n$EndPartitionedEntities\n", 6, "more than the rest"},
         {kHead4, "$Entities\n0 0 1000000000 0\n$EndEntities\n", 5, "more than the rest"},
         {kMesh2, "$NodeData\n1\n\"x\"\n0\n3\n0\n1\n1\n4 1\n$EndNodeData\n", 22, "for 4, which is not in the mesh"},
         {kMesh2, "$NodeData\n1\n\"x\"\n0\n3\n0\n1\n2\n1 1\n$EndNodeData\n", 23, "found '$EndNodeData'"},
