@@ -8,6 +8,7 @@
 
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/patch_files.hpp"
+#include "gradus/io/size_view.hpp"
 #include "gradus/mesh/diagnose.hpp"
 #include "session.hpp"
 
@@ -17,18 +18,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* kMeshExtensions = ".obj .off .ply .stl .mesh .meshb";
-
 std::string extensions_of(FileKind kind) {
     switch (kind) {
         case FileKind::Patches:
             return ".bpt .bez";
         case FileKind::Mesh:
-            return kMeshExtensions;
+            return ".obj .off .ply .stl .mesh .meshb .msh .vtu";
+        case FileKind::ReadMesh:
+            return ".vtp";
         case FileKind::Sizes:
             return ".sol .solb";
-        case FileKind::Vtu:
-            return ".vtu";
+        case FileKind::SizeView:
+            return ".pos";
         case FileKind::Report:
             return ".html .json";
         case FileKind::Unknown:
@@ -57,7 +58,8 @@ std::string extension_of(const std::string& path) {
 FileKind kind_of(const std::string& path) {
     const std::string extension = extension_of(path) + " ";
     if (extension == " ") return FileKind::Unknown;
-    for (const FileKind kind : {FileKind::Patches, FileKind::Mesh, FileKind::Sizes, FileKind::Vtu, FileKind::Report})
+    for (const FileKind kind :
+         {FileKind::Patches, FileKind::Mesh, FileKind::ReadMesh, FileKind::Sizes, FileKind::SizeView, FileKind::Report})
         if ((extensions_of(kind) + " ").find(extension) != std::string::npos) return kind;
     return FileKind::Unknown;
 }
@@ -100,7 +102,7 @@ void check_distinct(const std::vector<std::string>& outputs) {
 }
 
 PatchModel load_model(const std::string& path) {
-    if (kind_of(path) == FileKind::Mesh)
+    if (kind_of(path) == FileKind::Mesh || kind_of(path) == FileKind::ReadMesh)
         throw Failure(path + ": triangulated input is not supported yet; give Bezier patches (" + extensions_of(FileKind::Patches) + ")");
     if (kind_of(path) != FileKind::Patches)
         throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; surfaces are read from " +
@@ -128,6 +130,11 @@ Background load_background(const std::string& path, const PatchModel& model) {
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": not a background mesh of this surface: " + error.what());
     }
+}
+
+void write_size_map(const std::string& path, const TriangleSoup& soup, const std::vector<double>& sizes) {
+    if (kind_of(path) == FileKind::SizeView) write_size_view(path, soup, sizes);
+    else write_sizes(path, sizes);
 }
 
 std::string background_beside(const std::string& sizes) {

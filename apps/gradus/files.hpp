@@ -9,11 +9,12 @@
 namespace gradus::app {
 
 enum class FileKind {
-    Patches,  ///< .bpt .bez
-    Mesh,     ///< .obj .off .ply .stl .mesh .meshb
-    Sizes,    ///< .sol .solb
-    Vtu,      ///< .vtu, only written
-    Report,   ///< .html .json, only written
+    Patches,   ///< .bpt .bez
+    Mesh,      ///< .obj .off .ply .stl .mesh .meshb .msh .vtu
+    ReadMesh,  ///< .vtp, only read
+    Sizes,     ///< .sol .solb
+    SizeView,  ///< .pos, only written
+    Report,    ///< .html .json, only written
     Unknown
 };
 
@@ -37,6 +38,8 @@ PatchModel load_model(const std::string& path);
 TriMesh manifold_of(const std::string& path, const TriangleSoup& soup);
 /// The background with places on the patches. @throws Failure naming the file
 Background load_background(const std::string& path, const PatchModel& model);
+/// Sizes on the vertices of a mesh, in the format of the extension: .sol .solb .pos
+void write_size_map(const std::string& path, const TriangleSoup& soup, const std::vector<double>& sizes);
 /// Where the background mesh of a size map is, unless it is named: beside it.
 std::string background_beside(const std::string& sizes);
 

@@ -38,7 +38,7 @@ std::string proof_line(const Proof& proof) {
 
 int run_grade(const Options& options) {
     const GradationOptions gradation = *gradation_of(options.gradation, std::nullopt);
-    check_output(options.out, {FileKind::Sizes});
+    check_output(options.out, {FileKind::Sizes, FileKind::SizeView});
     Stages stages(options.session);
     const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
     const TriMesh mesh = manifold_of(options.mesh, soup);
@@ -47,7 +47,7 @@ int run_grade(const Options& options) {
     std::vector<double> sizes = input;
     const GradationResult result = stages.run("gradation", [&] { return grade(mesh, sizes, gradation); });
     const Proof proof = stages.run("proof", [&] { return prove(mesh, gradation, input, sizes, result); });
-    write_sizes(options.out, sizes);
+    write_size_map(options.out, soup, sizes);
 
     options.session.say(
         fmt::format("{}: {} vertices, {} triangles\n", options.mesh, grouped(soup.points.size()), grouped(soup.triangles.size())));
@@ -67,9 +67,10 @@ int run_grade(const Options& options) {
 void add_grade(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("grade", "Bound how fast the sizes on a mesh change");
     const auto options = std::make_shared<Options>();
-    command.add_option("BG", options->mesh, "Triangle mesh that carries the sizes: .mesh .meshb .obj .off .ply .stl")->required();
+    command.add_option("BG", options->mesh, "Triangle mesh that carries the sizes: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp")
+        ->required();
     command.add_option("--size", options->sizes, "One size per vertex of BG")->required()->type_name("MAP.sol");
-    command.add_option("-o,--output", options->out, "Graded sizes; may be MAP.sol itself")->required()->type_name("OUT.sol");
+    command.add_option("-o,--output", options->out, "Graded sizes; may be MAP.sol itself; .pos for Gmsh")->required()->type_name("OUT.sol");
     add_gradation(command, options->gradation, GradationNeeded::Yes);
     add_session(command, options->session);
     run_with(command, run, options, run_grade);

@@ -235,16 +235,17 @@ int run_info(const Options& options) {
         case FileKind::Patches:
             return info_of_patches(options);
         case FileKind::Mesh:
+        case FileKind::ReadMesh:
             return info_of_mesh(options);
         case FileKind::Sizes:
             return info_of_sizes(options);
-        case FileKind::Vtu:
+        case FileKind::SizeView:
         case FileKind::Report:
         case FileKind::Unknown:
             break;
     }
     throw UsageError(options.file + ": unknown extension \"" + extension_of(options.file) +
-                     "\"; known are .bpt .bez, .mesh .meshb .obj .off .ply .stl, .sol .solb");
+                     "\"; known are .bpt .bez, .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp, .sol .solb");
 }
 
 }  // namespace

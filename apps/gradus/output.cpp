@@ -45,7 +45,7 @@ TriangleSoup soup_of(const SurfaceMesh& mesh) {
 }
 
 void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh) {
-    if (kind_of(path) == FileKind::Vtu) write_fields(path, model, mesh);
+    if (extension_of(path) == ".vtu") write_fields(path, model, mesh);
     else write_mesh(path, soup_of(mesh));
 }
 

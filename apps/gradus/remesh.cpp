@@ -53,7 +53,7 @@ struct Made {
 
 void check_options(const Options& options) {
     check(options.sizing);
-    for (const std::string& path : options.out) check_output(path, {FileKind::Mesh, FileKind::Vtu});
+    for (const std::string& path : options.out) check_output(path, {FileKind::Mesh});
     if (!options.report.empty()) check_output(options.report, {FileKind::Report});
     std::vector<std::string> outputs = options.out;
     if (!options.report.empty()) outputs.push_back(options.report);
@@ -245,7 +245,7 @@ void add_remesh(CLI::App& app, Run& run) {
     command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez, or triangles, .obj .off .ply .stl .mesh .meshb")->required();
     command
         .add_option("-o,--output", options->out,
-                    "Mesh, in the format of the extension: .obj .off .ply .stl .mesh .meshb .vtu; may be repeated")
+                    "Mesh, in the format of the extension: .obj .off .ply .stl .mesh .meshb .msh .vtu; may be repeated")
         ->required()
         ->type_name("OUT")
         ->type_size(1)

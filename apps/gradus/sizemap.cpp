@@ -32,7 +32,7 @@ SizedBackground on_given_background(const PatchModel& model, const SizingRule& r
 
 int run_sizemap(const Options& options) {
     check(options.sizing);
-    check_output(options.out, {FileKind::Sizes});
+    check_output(options.out, {FileKind::Sizes, FileKind::SizeView});
     const bool given = !options.background.empty() && std::filesystem::exists(options.background);
     const std::string mesh_path = options.background.empty() ? background_beside(options.out) : options.background;
     if (!given) check_output(mesh_path, {FileKind::Mesh});
@@ -46,8 +46,9 @@ int run_sizemap(const Options& options) {
     const double predicted = ControlSpace(sized.background, sized.sizes).predicted_triangles();
     const GradationReport measures = stages.run("measures", [&] { return measure_gradation(sized.background.mesh, sized.sizes); });
     stages.run("writing", [&] {
-        if (!given) write_mesh(mesh_path, soup_from_background(sized.background));
-        write_sizes(options.out, sized.sizes);
+        const TriangleSoup soup = soup_from_background(sized.background);
+        if (!given) write_mesh(mesh_path, soup);
+        write_size_map(options.out, soup, sized.sizes);
     });
 
     const Session& session = options.session;
@@ -83,7 +84,9 @@ void add_sizemap(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("sizemap", "Sizes from the curvature of a surface");
     const auto options = std::make_shared<Options>();
     command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez")->required();
-    command.add_option("-o,--output", options->out, "One size per vertex of the background mesh")->required()->type_name("MAP.sol");
+    command.add_option("-o,--output", options->out, "One size per vertex of the background mesh; .pos for Gmsh")
+        ->required()
+        ->type_name("MAP.sol");
     command
         .add_option("--background", options->background,
                     "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol)")

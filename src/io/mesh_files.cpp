@@ -13,24 +13,29 @@
 namespace gradus {
 namespace {
 
-std::string extension_of(const std::string& path) {
-    std::string extension = std::filesystem::path(path).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
+template <TriangleSoup (*parse)(const std::string&, std::string_view)>
+MeshData without_fields(const std::string& path, std::string_view contents, io::Fields) {
+    return {parse(path, contents)};
 }
 
 struct MeshFormat {
     const char* extension;
-    TriangleSoup (*parse)(const std::string& path, std::string_view contents);
+    MeshData (*parse)(const std::string& path, std::string_view contents, io::Fields fields);
     std::string (*text)(const TriangleSoup&);
     std::string (*binary)(const TriangleSoup&);
 };
 
+/// Those that are only read have no functions for writing.
 constexpr MeshFormat kMeshFormats[] = {
-    {".mesh", io::parse_medit, io::medit_text, io::medit_text}, {".meshb", io::parse_medit_binary, io::medit_binary, io::medit_binary},
-    {".obj", io::parse_obj, io::obj_text, io::obj_text},        {".off", io::parse_off, io::off_text, io::off_text},
-    {".ply", io::parse_ply, io::ply_text, io::ply_binary},      {".stl", io::parse_stl, io::stl_text, io::stl_binary},
+    {".mesh", without_fields<io::parse_medit>, io::medit_text, io::medit_text},
+    {".meshb", without_fields<io::parse_medit_binary>, io::medit_binary, io::medit_binary},
+    {".msh", io::parse_msh, io::msh_text, io::msh_text},
+    {".obj", without_fields<io::parse_obj>, io::obj_text, io::obj_text},
+    {".off", without_fields<io::parse_off>, io::off_text, io::off_text},
+    {".ply", io::parse_ply, io::ply_text, io::ply_binary},
+    {".stl", without_fields<io::parse_stl>, io::stl_text, io::stl_binary},
+    {".vtu", io::parse_vtk_xml, io::vtu_binary, io::vtu_binary},
+    {".vtp", io::parse_vtk_xml, nullptr, nullptr},
 };
 
 struct SizeFormat {
@@ -46,7 +51,7 @@ constexpr SizeFormat kSizeFormats[] = {
 
 template <class Formats>
 const auto& format_of(const std::string& path, const Formats& formats) {
-    const std::string extension = extension_of(path);
+    const std::string extension = io::extension_of(path);
     std::string known;
     for (const auto& format : formats) {
         if (extension == format.extension) return format;
@@ -61,43 +66,57 @@ std::string read_filled_file(const std::string& path) {
     return contents;
 }
 
-[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("write_mesh: " + what); }
-
-void check_vertex(int vertex, std::size_t num_points, const char* what, std::size_t entry) {
-    if (vertex < 0 || static_cast<std::size_t>(vertex) >= num_points)
-        refuse(std::string(what) + " " + std::to_string(entry) + " has vertex " + std::to_string(vertex) + " of " +
-               std::to_string(num_points));
+[[noreturn]] void refuse(const char* function, const std::string& what) {
+    throw std::invalid_argument(std::string(function) + ": " + what);
 }
 
-/// What no file may hold, since no reader would take it.
-void check_writable(const TriangleSoup& soup) {
-    const std::size_t n = soup.points.size();
-    for (std::size_t i = 0; i < n; ++i)
-        if (!soup.points[i].allFinite()) refuse("vertex " + std::to_string(i) + " has a coordinate that is not finite");
-    for (std::size_t t = 0; t < soup.triangles.size(); ++t)
-        for (const int vertex : soup.triangles[t]) check_vertex(vertex, n, "triangle", t);
-    if (!soup.labels.empty() && soup.labels.size() != soup.triangles.size())
-        refuse(std::to_string(soup.labels.size()) + " labels for " + std::to_string(soup.triangles.size()) + " triangles");
-    for (std::size_t e = 0; e < soup.edges.size(); ++e)
-        for (const int vertex : soup.edges[e]) check_vertex(vertex, n, "edge", e);
-    for (std::size_t c = 0; c < soup.corners.size(); ++c) check_vertex(soup.corners[c], n, "corner", c);
-    for (std::size_t p = 0; p < soup.parameters.size(); ++p) {
-        const auto& [vertex, at] = soup.parameters[p];
-        check_vertex(vertex, n, "parameter entry", p);
-        if (at.patch < 0 || !at.uv.allFinite()) refuse("parameter entry " + std::to_string(p) + " has no patch or is not finite");
-    }
+void check_vertex(const char* function, int vertex, std::size_t num_points, const char* what, std::size_t entry) {
+    if (vertex < 0 || static_cast<std::size_t>(vertex) >= num_points)
+        refuse(function, std::string(what) + " " + std::to_string(entry) + " has vertex " + std::to_string(vertex) + " of " +
+                             std::to_string(num_points));
 }
 
 }  // namespace
 
+std::string io::extension_of(const std::string& path) {
+    std::string extension = std::filesystem::path(path).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+void io::check_writable(const char* function, const TriangleSoup& soup) {
+    const std::size_t n = soup.points.size();
+    for (std::size_t i = 0; i < n; ++i)
+        if (!soup.points[i].allFinite()) refuse(function, "vertex " + std::to_string(i) + " has a coordinate that is not finite");
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t)
+        for (const int vertex : soup.triangles[t]) check_vertex(function, vertex, n, "triangle", t);
+    if (!soup.labels.empty() && soup.labels.size() != soup.triangles.size())
+        refuse(function, std::to_string(soup.labels.size()) + " labels for " + std::to_string(soup.triangles.size()) + " triangles");
+    for (std::size_t e = 0; e < soup.edges.size(); ++e)
+        for (const int vertex : soup.edges[e]) check_vertex(function, vertex, n, "edge", e);
+    for (std::size_t c = 0; c < soup.corners.size(); ++c) check_vertex(function, soup.corners[c], n, "corner", c);
+    for (std::size_t p = 0; p < soup.parameters.size(); ++p) {
+        const auto& [vertex, at] = soup.parameters[p];
+        check_vertex(function, vertex, n, "parameter entry", p);
+        if (at.patch < 0 || !at.uv.allFinite()) refuse(function, "parameter entry " + std::to_string(p) + " has no patch or is not finite");
+    }
+}
+
 TriangleSoup read_mesh(const std::string& path) {
     const MeshFormat& format = format_of(path, kMeshFormats);
-    return format.parse(path, read_filled_file(path));
+    return format.parse(path, read_filled_file(path), io::Fields::Skipped).soup;
+}
+
+MeshData read_mesh_data(const std::string& path) {
+    const MeshFormat& format = format_of(path, kMeshFormats);
+    return format.parse(path, read_filled_file(path), io::Fields::Read);
 }
 
 void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOptions& options) {
     const MeshFormat& format = format_of(path, kMeshFormats);
-    check_writable(soup);
+    if (format.text == nullptr) throw IoError(path, 0, std::string("the format ") + format.extension + " is only read, not written");
+    io::check_writable("write_mesh", soup);
     write_file(path, options.ascii ? format.text(soup) : format.binary(soup));
 }
 

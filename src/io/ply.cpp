@@ -30,18 +30,20 @@ std::size_t size_of(Type type) { return kTypes[static_cast<int>(type)].size; }
 bool is_integer(Type type) { return type != Type::Float && type != Type::Double; }
 
 /// What the reader does with a property.
-enum class Use { None, X, Y, Z, Corners };
+enum class Use { None, X, Y, Z, Corners, Field };
 
 struct Property {
     Type type = Type::Float;
     std::optional<Type> count;  ///< type of the length of a list
     Use use = Use::None;
+    std::size_t field = 0;  ///< if it is used as one: which of the element
 };
 
 struct Element {
     std::string name;
     std::size_t count = 0;
     std::vector<Property> properties;
+    std::vector<Field> fields;  ///< without values
 };
 
 struct Header {
@@ -66,7 +68,7 @@ Use use_of(const Element& element, std::string_view property) {
     return corners ? Use::Corners : Use::None;
 }
 
-void read_property(Scanner& in, Element& element) {
+void read_property(Scanner& in, Element& element, Fields fields) {
     const char* where = in.position();
     Property property;
     in.at_line_end();
@@ -76,12 +78,20 @@ void read_property(Scanner& in, Element& element) {
         if (!is_integer(*property.count)) in.fail_at(where, "the length of a list must be an integer");
     }
     property.type = read_type(in);
-    property.use = use_of(element, in.word("the name of a property"));
+    const std::string_view name = in.word("the name of a property");
+    property.use = use_of(element, name);
     const bool fits = property.use == Use::None || (property.use == Use::Corners) == property.count.has_value();
     if (!fits || (property.use == Use::Corners && !is_integer(property.type)))
         in.fail_at(where, "coordinates must be scalars, and the corners of a face a list of integers");
     for (const Property& other : element.properties)
-        if (other.use == property.use && other.use != Use::None) in.fail_at(where, "a coordinate or the corners of a face come twice");
+        if (other.use == property.use && other.use != Use::None && other.use != Use::Field)
+            in.fail_at(where, "a coordinate or the corners of a face come twice");
+    const bool rides_along = property.use == Use::None && !property.count && (element.name == "vertex" || element.name == "face");
+    if (fields == Fields::Read && rides_along) {
+        property.use = Use::Field;
+        property.field = element.fields.size();
+        element.fields.push_back({std::string(name)});
+    }
     element.properties.push_back(property);
 }
 
@@ -111,7 +121,7 @@ void check_header(const Scanner& in, const Header& header) {
         std::size_t coordinates = 0, corners = 0;
         for (const Property& property : element.properties) {
             corners += property.use == Use::Corners;
-            coordinates += property.use != Use::Corners && property.use != Use::None;
+            coordinates += property.use == Use::X || property.use == Use::Y || property.use == Use::Z;
         }
         if (element.name == "vertex" && (vertices || coordinates != 3)) in.fail("expected one element vertex with x, y and z");
         if (element.name == "face" && (faces || corners != 1)) in.fail("expected one element face with vertex_indices");
@@ -121,7 +131,7 @@ void check_header(const Scanner& in, const Header& header) {
     if (!vertices || !faces) in.fail(vertices ? "has no element face" : "has no element vertex");
 }
 
-Header read_header(Scanner& in) {
+Header read_header(Scanner& in, Fields fields) {
     if (in.line() != "ply") in.fail_at(in.position() - 1, "is not a PLY file: expected ply in the first line");
     Header header;
     bool has_format = false;
@@ -140,7 +150,7 @@ Header read_header(Scanner& in) {
         } else if (word == "element") {
             header.elements.push_back(read_element(in));
         } else if (word == "property" && !header.elements.empty()) {
-            read_property(in, header.elements.back());
+            read_property(in, header.elements.back(), fields);
         } else {
             in.fail_at(where, "unexpected header line " + quoted(word));
         }
@@ -165,6 +175,7 @@ class TextBody {
         return in_.position();
     }
     double real(Type) { return in_.real("a coordinate"); }
+    double any_real(Type) { return in_.any_real("a value"); }
     std::int64_t integer(Type) { return in_.integer("an integer"); }
     void skip(Type) { in_.word("a value"); }
     void check_count(std::uint64_t count, std::size_t values) {
@@ -189,11 +200,14 @@ class BinaryBody {
     Where where() const { return in_.offset(); }
     double real(Type type) {
         const Where start = where();
-        const double value = type == Type::Double  ? in_.get<double>("a coordinate")
-                             : type == Type::Float ? static_cast<double>(in_.get<float>("a coordinate"))
-                                                   : static_cast<double>(integer(type));
+        const double value = any_real(type);
         if (!std::isfinite(value)) in_.fail_at(start, "a coordinate is not finite");
         return value;
+    }
+    double any_real(Type type) {
+        return type == Type::Double  ? in_.get<double>("a number")
+               : type == Type::Float ? static_cast<double>(in_.get<float>("a number"))
+                                     : static_cast<double>(integer(type));
     }
     std::int64_t integer(Type type) {
         switch (type) {
@@ -259,17 +273,26 @@ void skip_property(Body& in, const Property& property) {
     for (std::int64_t i = 0; i < values; ++i) in.skip(property.type);
 }
 
+/// @param at  the values of one entry, which is a vertex or `repeats` triangles
+void add_values(std::vector<Field>& fields, const std::vector<double>& at, std::size_t repeats) {
+    for (std::size_t i = 0; i < fields.size(); ++i) fields[i].values.insert(fields[i].values.end(), repeats, at[i]);
+}
+
 template <class Body>
-TriangleSoup read_body(Body in, const Header& header) {
-    TriangleSoup soup;
+MeshData read_body(Body in, const Header& header) {
+    MeshData data;
+    TriangleSoup& soup = data.soup;
     LargestIndex<typename Body::Where> largest;
     for (const Element& element : header.elements) {
         if (element.properties.empty()) continue;
         in.check_count(element.count, element.properties.size());
         if (element.name == "vertex") soup.points.reserve(element.count);
         if (element.name == "face") soup.triangles.reserve(element.count);
+        std::vector<Field> fields = element.fields;
+        std::vector<double> values(fields.size());
         for (std::size_t i = 0; i < element.count; ++i) {
             Eigen::Vector3d point(0, 0, 0);
+            const std::size_t first_triangle = soup.triangles.size();
             for (const Property& property : element.properties) {
                 switch (property.use) {
                     case Use::X:
@@ -284,19 +307,25 @@ TriangleSoup read_body(Body in, const Header& header) {
                     case Use::Corners:
                         read_corners(in, property, soup, largest);
                         break;
+                    case Use::Field:
+                        values[property.field] = in.any_real(property.type);
+                        break;
                     case Use::None:
                         skip_property(in, property);
                         break;
                 }
             }
             if (element.name == "vertex") soup.points.push_back(point);
+            add_values(fields, values, element.name == "vertex" ? 1 : soup.triangles.size() - first_triangle);
         }
+        if (element.name == "vertex") data.point_fields = std::move(fields);
+        if (element.name == "face") data.cell_fields = std::move(fields);
     }
     in.finish();
     if (largest.index >= static_cast<std::int64_t>(soup.points.size()))
         in.fail_at(largest.where, "vertex " + std::to_string(largest.index) + " out of range; there are " +
                                       std::to_string(soup.points.size()) + ", numbered from 0");
-    return soup;
+    return data;
 }
 
 void write_header(TextWriter& out, const TriangleSoup& soup, std::string_view format) {
@@ -307,9 +336,9 @@ void write_header(TextWriter& out, const TriangleSoup& soup, std::string_view fo
 
 }  // namespace
 
-TriangleSoup parse_ply(const std::string& path, std::string_view contents) {
+MeshData parse_ply(const std::string& path, std::string_view contents, Fields fields) {
     Scanner in(path, contents, '\0');
-    const Header header = read_header(in);
+    const Header header = read_header(in, fields);
     if (header.encoding == Encoding::Text) return read_body(TextBody(in), header);
     ByteReader bytes(path, contents);
     bytes.skip(static_cast<std::size_t>(in.position() - contents.data()), "the header");

@@ -31,8 +31,9 @@ class Scanner {
     std::string_view peek();
     /// The next word. @throws IoError "expected `what`" at the end
     std::string_view word(const char* what);
-    double real(const char* what);         ///< a finite number
-    double real_or_inf(const char* what);  ///< a number or `inf`
+    double real(const char* what);                                   ///< a finite number
+    double real_or_inf(const char* what);                            ///< a number or `inf`
+    double any_real(const char* what) { return real_or_inf(what); }  ///< a number, `inf` or `nan`
     std::int64_t integer(const char* what);
     /// A count of things that take at least `least` characters each, which the rest of the text must be able to hold.
     std::size_t count(const char* what, std::size_t least);

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "bytes.hpp"
+#include "formats.hpp"
 #include "gradus/io/output_file.hpp"
 #include "markup.hpp"
 
@@ -68,20 +69,53 @@ void add_points(Arrays& arrays, std::span<const Eigen::Vector3d> points) {
     arrays.xml += "</Points>\n";
 }
 
-void add_cells(Arrays& arrays, std::span<const Triangle> triangles) {
-    constexpr std::uint8_t kVtkTriangle = 5;
+using Edges = std::span<const std::array<int, 2>>;
+
+void add_cells(Arrays& arrays, std::span<const Triangle> triangles, Edges edges) {
+    constexpr std::uint8_t kVtkLine = 3, kVtkTriangle = 5;
     arrays.xml += "<Cells>\n";
-    arrays.open("Int32", "connectivity", 1, 12 * triangles.size());
+    arrays.open("Int32", "connectivity", 1, 12 * triangles.size() + 8 * edges.size());
     for (const Triangle& triangle : triangles)
         for (const int vertex : triangle) arrays.append(std::int32_t{vertex});
-    arrays.open("Int64", "offsets", 1, 8 * triangles.size());
+    for (const auto& edge : edges)
+        for (const int vertex : edge) arrays.append(std::int32_t{vertex});
+    arrays.open("Int64", "offsets", 1, 8 * (triangles.size() + edges.size()));
     for (std::size_t t = 1; t <= triangles.size(); ++t) arrays.append(static_cast<std::int64_t>(3 * t));
-    arrays.open("UInt8", "types", 1, triangles.size());
+    for (std::size_t e = 1; e <= edges.size(); ++e) arrays.append(static_cast<std::int64_t>(3 * triangles.size() + 2 * e));
+    arrays.open("UInt8", "types", 1, triangles.size() + edges.size());
     for (std::size_t t = 0; t < triangles.size(); ++t) arrays.append(kVtkTriangle);
+    for (std::size_t e = 0; e < edges.size(); ++e) arrays.append(kVtkLine);
     arrays.xml += "</Cells>\n";
 }
 
+std::string head_of(std::size_t points, std::size_t cells) {
+    return "<?xml version=\"1.0\"?>\n"
+           "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
+           "<Piece NumberOfPoints=\"" +
+           std::to_string(points) + "\" NumberOfCells=\"" + std::to_string(cells) + "\">\n";
+}
+
+std::string file_of(Arrays& arrays) {
+    arrays.xml += "</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
+    return arrays.xml + arrays.data() + "\n</AppendedData>\n</VTKFile>\n";
+}
+
 }  // namespace
+
+std::string io::vtu_binary(const TriangleSoup& soup) {
+    Arrays arrays(24 * soup.points.size() + 25 * (soup.triangles.size() + soup.edges.size()) + 4096);
+    arrays.xml = head_of(soup.points.size(), soup.triangles.size() + soup.edges.size());
+    if (!soup.labels.empty()) {
+        arrays.xml += "<CellData>\n";
+        arrays.open("Int32", std::string(kLabelField), 1, 4 * (soup.triangles.size() + soup.edges.size()));
+        for (const int label : soup.labels) arrays.append(std::int32_t{label});
+        for (std::size_t e = 0; e < soup.edges.size(); ++e) arrays.append(std::int32_t{0});
+        arrays.xml += "</CellData>\n";
+    }
+    add_points(arrays, soup.points);
+    add_cells(arrays, soup.triangles, soup.edges);
+    return file_of(arrays);
+}
 
 void write_vtu(const std::string& path, std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles,
                const std::vector<VtuField>& point_fields, const std::vector<VtuField>& cell_fields) {
@@ -89,17 +123,12 @@ void write_vtu(const std::string& path, std::span<const Eigen::Vector3d> points,
     check_fields(cell_fields, triangles.size(), "cell");
     check_triangles(triangles, points.size());
     Arrays arrays((24 + 8 * point_fields.size()) * points.size() + (24 + 8 * cell_fields.size()) * triangles.size() + 4096);
-    arrays.xml =
-        "<?xml version=\"1.0\"?>\n"
-        "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
-        "<Piece NumberOfPoints=\"" +
-        std::to_string(points.size()) + "\" NumberOfCells=\"" + std::to_string(triangles.size()) + "\">\n";
+    arrays.xml = head_of(points.size(), triangles.size());
     add_fields(arrays, "PointData", point_fields);
     add_fields(arrays, "CellData", cell_fields);
     add_points(arrays, points);
-    add_cells(arrays, triangles);
-    arrays.xml += "</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
-    write_file(path, arrays.xml + arrays.data() + "\n</AppendedData>\n</VTKFile>\n");
+    add_cells(arrays, triangles, {});
+    write_file(path, file_of(arrays));
 }
 
 }  // namespace gradus

@@ -133,24 +133,27 @@ TEST_CASE("a growth rate is a shock, and the variation bounds slopes", "[cli]") 
     REQUIRE(run(hill.folder, "grade bg.mesh --size raw.sol --shock 1.2 -q -o shock.sol").code == 0);
     REQUIRE(run(hill.folder, "grade bg.mesh --size raw.sol --growth 1.2 -q -o growth.sol").code == 0);
     CHECK(gradus::read_file(hill.folder / "shock.sol") == gradus::read_file(hill.folder / "growth.sol"));
+    REQUIRE(run(hill.folder, "grade bg.mesh --size raw.sol --growth 1.2 -q -o growth.pos").code == 0);
+    CHECK_THAT(gradus::read_file(hill.folder / "growth.pos"), Catch::StartsWith("View \"size\" {\nST("));
     const json said = json::parse(run(hill.folder, "grade bg.mesh --size raw.sol --variation 0.1 --json -o raw.sol").out);
     CHECK(said["after"]["variation_max"].get<double>() <= 0.1 * (1 + 1e-9));
 }
 
 TEST_CASE("remesh writes every format it is asked for, on the surface and labelled", "[cli]") {
     const Hill hill;
-    const Outcome outcome = run(
-        hill.folder, "remesh hill.bpt -o m.mesh -o m.meshb -o m.obj -o m.off -o m.ply -o m.stl -o m.vtu --json --report r.json" + kCoarse);
+    const Outcome outcome =
+        run(hill.folder,
+            "remesh hill.bpt -o m.mesh -o m.meshb -o m.obj -o m.off -o m.ply -o m.stl -o m.vtu -o m.msh --json --report r.json" + kCoarse);
     CAPTURE(outcome.err);
     REQUIRE(outcome.code == 0);
     const json said = json::parse(outcome.out);
-    CHECK(said["files"].size() == 8);
+    CHECK(said["files"].size() == 9);
     for (const std::string path : said["files"]) CHECK(exists(hill.folder / path));
     const gradus::TriangleSoup soup = gradus::read_mesh(hill.folder / "m.mesh");
     CHECK(said["triangles"] == soup.triangles.size());
     CHECK(std::all_of(soup.labels.begin(), soup.labels.end(), [](int label) { return label == 1; }));
     CHECK(gradus::is_clean_manifold(gradus::diagnose(soup)));
-    for (const char* format : {"m.meshb", "m.obj", "m.off", "m.ply", "m.stl"})
+    for (const char* format : {"m.meshb", "m.msh", "m.obj", "m.off", "m.ply", "m.stl", "m.vtu"})
         CHECK(gradus::read_mesh(hill.folder / format).triangles.size() == soup.triangles.size());
 
     const json report = json::parse(gradus::read_file(hill.folder / "r.json"));

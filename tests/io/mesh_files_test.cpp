@@ -8,27 +8,20 @@
 #include "gradus/io/input_file.hpp"
 #include "gradus/io/output_file.hpp"
 #include "gradus/mesh/diagnose.hpp"
+#include "support/damage.hpp"
 #include "support/files.hpp"
 #include "support/soups.hpp"
 
 using namespace gradus;
+using support::put;
+using support::same_bits;
+using support::same_points;
 using support::TemporaryFolder;
 using support::wild_soup;
 
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
-
-bool same_bits(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    return same_bits(a[0], b[0]) && same_bits(a[1], b[1]) && same_bits(a[2], b[2]);
-}
-
-bool same_points(const TriangleSoup& a, const TriangleSoup& b) {
-    return std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
-                      [](const auto& p, const auto& q) { return same_bits(p, q); });
-}
 
 /// Corner by corner, whatever the vertices are numbered.
 bool same_corners(const TriangleSoup& a, const TriangleSoup& b) {
@@ -50,14 +43,6 @@ TriangleSoup read_text(const TemporaryFolder& folder, const std::string& name, s
     return read_mesh(folder / name);
 }
 
-template <class Number>
-void put(std::string& bytes, Number value, bool big_endian = false) {
-    char raw[sizeof value];
-    std::memcpy(raw, &value, sizeof value);
-    if (big_endian) std::reverse(raw, raw + sizeof raw);
-    bytes.append(raw, sizeof raw);
-}
-
 const std::vector<Triangle> kTwo{{0, 1, 2}, {0, 2, 3}};
 
 }  // namespace
@@ -71,16 +56,18 @@ TEST_CASE("every format gives back the same bits", "[io][property]") {
         bool ascii;
     };
     for (const auto& [name, ascii] : {Case{"a.mesh", false}, Case{"a.meshb", false}, Case{"a.obj", false}, Case{"a.OFF", false},
-                                      Case{"a.ply", false}, Case{"b.ply", true}}) {
+                                      Case{"a.ply", false}, Case{"b.ply", true}, Case{"a.vtu", false}}) {
         INFO(name << " ascii " << ascii << " seed " << seed);
         write_mesh(folder / name, soup, {.ascii = ascii});
         const TriangleSoup back = read_mesh(folder / name);
         CHECK(same_points(soup, back));
         CHECK(soup.triangles == back.triangles);
-        if (std::string(name).starts_with("a.mesh")) {
+        if (std::string(name).starts_with("a.mesh") || name == std::string("a.vtu")) {
             CHECK(soup.labels == back.labels);
-            CHECK(same_parameters(soup, back));
             CHECK(soup.edges == back.edges);
+        }
+        if (std::string(name).starts_with("a.mesh")) {
+            CHECK(same_parameters(soup, back));
             CHECK(soup.corners == back.corners);
         }
     }
@@ -116,7 +103,7 @@ TEST_CASE("sizes give back the same bits, unset ones too", "[io]") {
 
 TEST_CASE("a soup without triangles or points is written and read", "[io]") {
     const TemporaryFolder folder;
-    const std::string name = GENERATE("a.mesh", "a.meshb", "a.off", "a.ply", "a.stl");
+    const std::string name = GENERATE("a.mesh", "a.meshb", "a.msh", "a.off", "a.ply", "a.stl", "a.vtu");
     write_mesh(folder / name, {});
     CHECK(read_mesh(folder / name).triangles.empty());
 }
@@ -135,6 +122,7 @@ TEST_CASE("what no reader would take is not written", "[io]") {
     refused([](TriangleSoup& s) { s.corners[0] = 99; });
     refused([](TriangleSoup& s) { s.parameters[0].vertex = 60; });
     CHECK_THROWS_WITH(write_mesh(folder / "a.xyz", {}), Catch::Contains(".xyz"));
+    CHECK_THROWS_WITH(write_mesh(folder / "a.vtp", {}), Catch::Contains("only read"));
     CHECK(std::filesystem::is_empty(folder.path()));
 }
 
@@ -263,6 +251,30 @@ TEST_CASE("PLY with any properties in any order is read", "[io]") {
     }
 }
 
+TEST_CASE("scalar properties of PLY are fields", "[io]") {
+    const TemporaryFolder folder;
+    support::spill(
+        folder / "a.ply",
+        "ply\nformat ascii 1.0\nelement face 2\nproperty uchar material\nproperty list uchar int vertex_indices\nproperty double area\n"
+        "element vertex 5\nproperty float x\nproperty float size\nproperty float y\nproperty float z\nproperty list uchar int rings\n"
+        "property uint id\nend_header\n7 4 0 1 2 3 1\n8 3 0 3 4 nan\n"
+        "0 1.5 0 0 0 10\n1 inf 0 0 1 5 11\n1 nan 1 0 0 12\n0 2.5 1 0 0 4294967295\n-1 3 1 0 0 14\n");
+    const MeshData data = read_mesh_data(folder / "a.ply");
+    REQUIRE(data.point_fields.size() == 2);
+    CHECK(data.point_fields[0].name == "size");
+    CHECK(data.point_fields[0].components == 1);
+    REQUIRE(data.point_fields[0].values.size() == 5);
+    CHECK(data.point_fields[0].values[1] == kInfinity);
+    CHECK(std::isnan(data.point_fields[0].values[2]));
+    CHECK(data.point_fields[1].values == std::vector{10.0, 11.0, 12.0, 4294967295.0, 14.0});
+    REQUIRE(data.cell_fields.size() == 2);
+    CHECK(data.cell_fields[0].name == "material");
+    CHECK(data.cell_fields[0].values == std::vector{7.0, 7.0, 8.0});  // the quadrilateral became two
+    CHECK(data.cell_fields[1].values[1] == 1);
+    CHECK(std::isnan(data.cell_fields[1].values[2]));
+    CHECK(data.soup.triangles == read_mesh(folder / "a.ply").triangles);
+}
+
 TEST_CASE("STL is welded where coordinates are equal", "[io]") {
     const TemporaryFolder folder;
     const TriangleSoup soup =
@@ -385,18 +397,10 @@ constexpr Malformed kMalformed[] = {
 };
 
 void check_refused(const TemporaryFolder& folder, const std::string& name, const std::string& contents, int line, const char* says) {
-    const std::string path = folder / name;
-    support::spill(path, contents);
-    INFO(name << "\n" << contents);
-    try {
+    support::check_refused(folder / name, contents, line, says, [&](const std::string& path) {
         if (name == "a.sol") read_sizes(path, 2);
         else read_mesh(path);
-        FAIL_CHECK("was accepted");
-    } catch (const IoError& error) {
-        CHECK(error.path() == path);
-        CHECK(error.line() == line);
-        CHECK_THAT(error.what(), Catch::StartsWith(path + ":") && Catch::Contains(says));
-    }
+    });
 }
 
 }  // namespace
@@ -431,8 +435,9 @@ TEST_CASE("parameters are read as a Medit section and as comments behind its end
         write_file(folder / "a.mesh", mesh + rest);
         return read_mesh(folder / "a.mesh").parameters;
     };
-    for (const char* rest : {"VerticesOnGeometricTriangles\n1\n3 2 .5 .25 7\nEnd\n", "End\n\n# VerticesOnGeometricTriangles\n# 1\n# 3 2 .5 .25 7\n",
-                             "End\n#VerticesOnGeometricTriangles 1\r\n#3 2 .5\n# .25 7", "End\nVerticesOnGeometricTriangles\n1\n3 2 .5 .25 7\nEnd\n"}) {
+    for (const char* rest :
+         {"VerticesOnGeometricTriangles\n1\n3 2 .5 .25 7\nEnd\n", "End\n\n# VerticesOnGeometricTriangles\n# 1\n# 3 2 .5 .25 7\n",
+          "End\n#VerticesOnGeometricTriangles 1\r\n#3 2 .5\n# .25 7", "End\nVerticesOnGeometricTriangles\n1\n3 2 .5 .25 7\nEnd\n"}) {
         INFO(rest);
         const auto parameters = read(rest);
         REQUIRE(parameters.size() == 1);
@@ -458,10 +463,12 @@ TEST_CASE("damaged files are refused or give a soup that can be diagnosed", "[io
     std::vector<std::pair<std::string, std::string>> files;  // name, contents
     for (const auto& [name, ascii] : {std::pair{"a.mesh", false},
                                       {"a.meshb", false},
+                                      {"a.msh", false},
                                       {"a.obj", false},
                                       {"a.off", false},
                                       {"a.ply", false},
                                       {"a.ply", true},
+                                      {"a.vtu", false},
                                       {"a.stl", false},
                                       {"a.stl", true}}) {
         write_mesh(folder / name, soup, {.ascii = ascii});
@@ -476,12 +483,7 @@ TEST_CASE("damaged files are refused or give a soup that can be diagnosed", "[io
     int refused = 0;
     for (int mutation = 0; mutation < 3000; ++mutation) {
         const auto& [name, valid] = files[static_cast<std::size_t>(mutation) % files.size()];
-        std::string contents = valid;
-        const int flips = static_cast<int>(random() % 4);
-        for (int k = 0; k < flips; ++k) contents[random() % contents.size()] ^= static_cast<char>(1 << random() % 8);
-        if (random() % 3 == 0) contents[random() % contents.size()] = "0-.e \n9\xff\0"[random() % 9];
-        if (random() % 3 == 0) contents.resize(random() % contents.size());
-        support::spill(folder / name, contents);
+        support::spill(folder / name, support::damaged(valid, random));
         try {
             if (name.starts_with("a.sol")) {
                 const std::vector<double> back = read_sizes(folder / name, sizes.size());

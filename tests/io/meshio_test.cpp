@@ -7,6 +7,7 @@
 
 #include "gradus/io/input_file.hpp"
 #include "gradus/io/mesh_files.hpp"
+#include "gradus/io/size_view.hpp"
 #include "gradus/io/vtu.hpp"
 #include "support/files.hpp"
 #include "support/soups.hpp"
@@ -53,11 +54,15 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     }
     const support::TemporaryFolder folder;
     TriangleSoup soup = support::grid(7);
-    for (std::size_t t = 0; t < soup.triangles.size(); ++t) soup.labels.push_back(static_cast<int>(t % 3));
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) soup.labels.push_back(static_cast<int>(t * 3 / soup.triangles.size()) + 4);
     soup.edges = {{0, 1}, {1, 2}};
     soup.corners = {0, 7};
     soup.parameters = {{0, {0, {0, 0}}}, {7, {0, {1, 0}}}, {7, {1, {0, 0.1}}}};
-    for (const char* name : {"ours.mesh", "ours.meshb", "ours.obj", "ours.off", "ours.ply", "ours.stl"}) write_mesh(folder / name, soup);
+    for (const char* name : {"ours.mesh", "ours.meshb", "ours.msh", "ours.obj", "ours.off", "ours.ply", "ours.stl"})
+        write_mesh(folder / name, soup);
+    write_mesh(folder / "ours.plain.vtu", soup);
+    write_mesh(folder / "ours.unlabelled.msh", {soup.points, soup.triangles});
+    write_size_view(folder / "ours.size.msh", {soup.points, soup.triangles}, std::vector<double>(soup.points.size(), 0.25));
     write_mesh(folder / "ours.text.ply", soup, {.ascii = true});
     write_mesh(folder / "ours.text.stl", soup, {.ascii = true});
     std::vector<double> size, gradient, quality;
@@ -76,12 +81,16 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     REQUIRE(status == 0);
 
     constexpr double kSingle = 1e-7;
-    for (const char* name : {"ours.mesh", "ours.meshb", "ours.obj", "ours.off", "ours.ply", "ours.text.ply", "ours.vtu"}) {
+    for (const char* name : {"ours.mesh", "ours.meshb", "ours.obj", "ours.off", "ours.ply", "ours.text.ply", "ours.vtu", "ours.plain.vtu",
+                             "ours.msh", "ours.unlabelled.msh", "ours.size.msh"}) {
         INFO(name);
         const TriangleSoup back = dumped(folder / name);
         CHECK(back.points == soup.points);
         CHECK(back.triangles == soup.triangles);
     }
+    CHECK(numbers_in<int>(folder / "ours.msh.labels") == soup.labels);
+    for (const char* name : {"ours.msh.lines", "ours.plain.vtu.lines"}) CHECK(numbers_in<int>(folder / name) == std::vector{0, 1, 1, 2});
+    CHECK(numbers_in<double>(folder / "ours.size.msh.field.size") == std::vector<double>(soup.points.size(), 0.25));
     for (const char* name : {"ours.stl", "ours.text.stl"}) {
         INFO(name);
         CHECK(largest_difference(soup, dumped(folder / name)) < kSingle);
@@ -100,6 +109,47 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
         INFO(name);
         CHECK(largest_difference(soup, read_mesh(folder / name)) < kSingle);
         CHECK(read_mesh(folder / name).points.size() == soup.points.size());
+    }
+
+    std::vector<double> values, flow, q;
+    for (std::size_t i = 0; i < soup.points.size(); ++i) {
+        values.push_back(1 / (1 + static_cast<double>(i)));
+        for (int k = 0; k < 3; ++k) flow.push_back(static_cast<double>(flow.size()) / 7);
+    }
+    for (const int label : soup.labels) q.push_back(label / 3.0);
+    const auto field = [](const std::vector<Field>& fields, const std::string& called) {
+        for (const Field& f : fields)
+            if (f.name == called) return f.values;
+        return std::vector<double>{};
+    };
+    for (const char* name :
+         {"theirs22a.msh", "theirs22b.msh", "theirs41a.msh", "theirs41b.msh", "theirs-text.vtu", "theirs-plain.vtu", "theirs-zlib.vtu"}) {
+        INFO(name);
+        const MeshData theirs = read_mesh_data(folder / name);
+        const bool rounded = std::string(name) == "theirs-text.vtu";  // to 12 digits
+        if (!rounded) CHECK(theirs.soup.points == soup.points);
+        CHECK(largest_difference(theirs.soup, soup) < 1e-11);
+        CHECK(theirs.soup.triangles == soup.triangles);
+        CHECK(theirs.soup.labels == soup.labels);
+        CHECK(theirs.soup.edges == soup.edges);
+        const std::vector<double> found[3] = {field(theirs.point_fields, "size"), field(theirs.point_fields, "flow"),
+                                              field(theirs.cell_fields, "q")};
+        if (!rounded) {
+            CHECK(found[0] == values);
+            CHECK(found[1] == flow);
+            CHECK(found[2] == q);
+        } else {
+            CHECK_THAT(found[0], Catch::Approx(values).epsilon(1e-11));
+            CHECK_THAT(found[1], Catch::Approx(flow).epsilon(1e-11));
+            CHECK_THAT(found[2], Catch::Approx(q).epsilon(1e-11));
+        }
+    }
+    for (const char* name : {"quads22.msh", "quads41.msh", "quads.vtu"}) {
+        INFO(name);
+        const MeshData theirs = read_mesh_data(folder / name);
+        CHECK(theirs.soup.points.size() == soup.points.size() - 3);  // without the middles of sides
+        CHECK(theirs.soup.triangles == std::vector<Triangle>{{0, 1, 9}, {0, 9, 8}, {1, 2, 10}, {1, 10, 9}, {16, 17, 21}});
+        CHECK(field(theirs.cell_fields, "q") == std::vector{5.0, 5.0, 6.0, 6.0, 7.0});
     }
 }
 

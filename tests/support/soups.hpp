@@ -1,9 +1,11 @@
 /// Triangle soups for tests.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <random>
 
 #include "gradus/mesh/soup.hpp"
@@ -55,6 +57,17 @@ inline gradus::TriangleSoup wild_soup(unsigned seed) {
     for (int i = 0; i < 15; ++i) soup.edges.push_back({below(60), below(60)});
     for (int i = 0; i < 5; ++i) soup.corners.push_back(below(60));
     return soup;
+}
+
+inline bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+inline bool same_bits(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return same_bits(a[0], b[0]) && same_bits(a[1], b[1]) && same_bits(a[2], b[2]);
+}
+
+inline bool same_points(const gradus::TriangleSoup& a, const gradus::TriangleSoup& b) {
+    return std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
+                      [](const auto& p, const auto& q) { return same_bits(p, q); });
 }
 
 }  // namespace support

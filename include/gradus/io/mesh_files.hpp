@@ -3,10 +3,12 @@
 /// | extension | format | carries |
 /// |---|---|---|
 /// | .mesh .meshb | Medit: text; binary in the layout of libMeshb, versions 1 to 4 read, 2 written (3 beyond 2 GB) | everything |
+/// | .msh | Gmsh: versions 2.2 and 4.1, text and binary of both byte orders read, text of 4.1 written | triangles, labels, edges, fields |
 /// | .obj | Wavefront | points, triangles |
 /// | .off | Geomview: text, with NOFF, COFF and STOFF | points, triangles |
-/// | .ply | Stanford: text, binary of both byte orders read, little endian written | points, triangles |
+/// | .ply | Stanford: text, binary of both byte orders read, little endian written | points, triangles, fields |
 /// | .stl | text, or binary in *single* precision, the format having no other | points welded where equal, triangles |
+/// | .vtu .vtp | VTK in XML: text, binary, appended, zlib, both byte orders read; binary .vtu written | triangles, labels, edges, fields |
 ///
 /// Points are doubles: text is written with the fewest digits that read back to the same bits, and read exactly rounded.
 /// Polygons are split into fans from their first corner. Vertices without triangles are kept. Topology is not looked at
@@ -18,6 +20,13 @@
 /// file), u, v, distance (written as 0, not read). Text files are written with that section as comments behind `End`, each line
 /// with a leading `#`, as readers elsewhere stop at a keyword that they do not know; it is read there and as a section.
 /// Planar files (Dimension 2) get z = 0. Other sections are passed over.
+///
+/// Gmsh and VTK: of triangles and quadrilaterals of second and higher order the corners are used only; the other nodes go. Lines are
+/// feature edges, points are passed over, files with volume elements are refused.
+/// Gmsh: the label of a face is its physical group (the first one), else the entity it is on; no labels if all faces are on one entity
+/// and in no group. Written are a surface and a group for each label, so that triangles come in the order of labels, and a curve of all
+/// edges.
+/// VTK: an integer cell array `label` is the labels; the fields of write_vtu are read by read_mesh_data.
 #pragma once
 
 #include <optional>
@@ -33,11 +42,15 @@ namespace gradus {
 ///         word, a number that is not finite, an index out of range or a wrong count, or if its extension is unknown
 TriangleSoup read_mesh(const std::string& path);
 
+/// The same with the fields of a file: arrays of VTK, scalar properties of vertices and faces in PLY, `$NodeData` and `$ElementData`
+/// of Gmsh (of several steps the last). Values of lines are left away; integers are exact up to 2^53. Empty in the other formats.
+MeshData read_mesh_data(const std::string& path);
+
 struct WriteOptions {
-    bool ascii = false;  ///< .ply and .stl as text; the other formats are text or binary by extension
+    bool ascii = false;  ///< .ply and .stl as text; the other formats are either text or binary
 };
 
-/// @throws IoError if the file cannot be written or its extension is unknown
+/// @throws IoError if the file cannot be written, or its extension is unknown or of a format that is only read
 /// @throws std::invalid_argument if the soup has an index out of range, a coordinate that is not finite (in binary STL: in
 ///         single precision), or labels that are not one per triangle
 void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOptions& options = {});

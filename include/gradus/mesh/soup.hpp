@@ -1,6 +1,9 @@
 /// Indexed triangles as a file holds them, before anything is known of their topology.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "gradus/mesh/tri_mesh.hpp"
 
 namespace gradus {
@@ -26,6 +29,19 @@ struct TriangleSoup {
 
     std::vector<std::array<int, 2>> edges = {};  ///< feature edges, or empty
     std::vector<int> corners = {};               ///< vertices that are feature corners, or empty
+};
+
+/// Numbers that ride along on the points or the triangles of a soup.
+struct Field {
+    std::string name;
+    int components = 1;               ///< numbers per point or triangle, >= 1
+    std::vector<double> values = {};  ///< components of the first, of the second ...; not-a-number where there is none
+};
+
+/// A soup with its fields. The pieces of a split polygon have its values each.
+struct MeshData {
+    TriangleSoup soup;
+    std::vector<Field> point_fields = {}, cell_fields = {};
 };
 
 }  // namespace gradus
