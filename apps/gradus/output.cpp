@@ -50,7 +50,7 @@ void write_surface_mesh(const std::string& path, const PatchModel& model, const 
 }
 
 void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool labelled) {
-    if (kind_of(path) == FileKind::Vtu) {
+    if (extension_of(path) == ".vtu") {
         const std::vector<double> shock = vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes), quality = qualities_of(mesh);
         const std::vector<double> label(mesh.patches.begin(), mesh.patches.end());
         return write_vtu(path, mesh.points, mesh.triangles, {{"size", 1, mesh.sizes}, {"shock", 1, shock}}, {{"quality", 1, quality}, {"label", 1, label}});
