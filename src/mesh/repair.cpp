@@ -1,0 +1,628 @@
+#include "gradus/mesh/repair.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <queue>
+#include <stdexcept>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "disjoint_sets.hpp"
+#include "flat.hpp"
+#include "sheets.hpp"
+
+namespace gradus {
+namespace {
+
+using Points = std::vector<Eigen::Vector3d>;
+using Edge = std::array<int, 2>;
+
+constexpr int kNone = -1;
+
+/// A triangle on its way from the input to the result.
+struct Piece {
+    Triangle places;    ///< of its corners: the first vertex of each place
+    Triangle vertices;  ///< of the input
+    int source;         ///< triangle of the input
+    bool alive = true;
+
+    bool has_repeated_place() const { return places[0] == places[1] || places[1] == places[2] || places[2] == places[0]; }
+};
+
+/// Collects what was done, by kind.
+class Log {
+  public:
+    void add(RepairKind kind, std::vector<int> item) { steps_[kind].add(std::move(item)); }
+    std::vector<RepairStep> steps() const {
+        std::vector<RepairStep> result;
+        for (const auto& [kind, items] : steps_) result.push_back({kind, items});
+        return result;
+    }
+
+  private:
+    std::map<RepairKind, Findings<std::vector<int>>> steps_;
+};
+
+Edge sorted(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
+
+// Triangles --------------------------------------------------------------------------------------------------------------
+
+std::vector<Piece> usable_triangles(const TriangleSoup& soup, Log& log) {
+    const int n = static_cast<int>(soup.points.size());
+    std::vector<Piece> pieces;
+    pieces.reserve(soup.triangles.size());
+    for (int t = 0; t < static_cast<int>(soup.triangles.size()); ++t) {
+        const Triangle& v = soup.triangles[t];
+        if (std::any_of(v.begin(), v.end(), [&](int i) { return i < 0 || i >= n; })) log.add(RepairKind::OutOfRange, {t});
+        else if (!std::all_of(v.begin(), v.end(), [&](int i) { return soup.points[i].allFinite(); })) log.add(RepairKind::BadNumbers, {t});
+        else pieces.push_back({v, v, t});
+    }
+    return pieces;
+}
+
+std::vector<char> used_vertices(const std::vector<Piece>& pieces, std::size_t num_points) {
+    std::vector<char> used(num_points, 0);
+    for (const Piece& piece : pieces)
+        for (const int v : piece.vertices) used[v] = 1;
+    return used;
+}
+
+/// Points scaled by a power of two into [-1, 1], so that products of a few stay in range. Those not used are 0.
+Points to_unit_box(const Points& points, const std::vector<char>& used) {
+    double largest = 0;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (used[i]) largest = std::max(largest, points[i].cwiseAbs().maxCoeff());
+    int exponent = 0;
+    std::frexp(largest, &exponent);
+    Points result(points.size(), Eigen::Vector3d::Zero());
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (used[i]) result[i] = scaled_by_power(points[i], -exponent);
+    return result;
+}
+
+// Places -----------------------------------------------------------------------------------------------------------------
+
+/// The first vertex at the place of each, by coordinates.
+std::vector<int> equal_places(const Points& points, const std::vector<char>& used) {
+    std::vector<int> order;
+    for (int i = 0; i < static_cast<int>(points.size()); ++i)
+        if (used[i]) order.push_back(i);
+    const auto key = [&](int i) { return std::tuple(points[i].x(), points[i].y(), points[i].z(), i); };
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
+    std::vector<int> place(points.size(), kNone);
+    for (std::size_t first = 0, k = 0; k < order.size(); ++k) {
+        if (points[order[k]] != points[order[first]]) first = k;
+        place[order[k]] = order[first];
+    }
+    return place;
+}
+
+/// The closest earlier vertex that stays, if within a distance; else the vertex itself, which then stays.
+std::vector<int> close_places(const Points& points, const std::vector<char>& used, double tolerance) {
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(2), high = -low;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (used[i]) low = low.cwiseMin(points[i]), high = high.cwiseMax(points[i]);
+    const double distance = tolerance * (high - low).norm();
+    // Cells of a grid, counted in no more than 20 bits along each axis; few stay in one, as they are a tolerance apart.
+    const double cell = std::max(distance, std::max((high - low).maxCoeff(), 1e-300) / (1 << 20));
+    const auto key = [](const Eigen::Vector3i& c) {
+        return static_cast<std::uint64_t>(c.x() + 1) << 42 | static_cast<std::uint64_t>(c.y() + 1) << 21 |
+               static_cast<std::uint64_t>(c.z() + 1);
+    };
+    std::unordered_map<std::uint64_t, std::vector<int>> stay;
+    std::vector<int> place(points.size(), kNone);
+    for (int i = 0; i < static_cast<int>(points.size()); ++i) {
+        if (!used[i]) continue;
+        const Eigen::Vector3i centre = ((points[i] - low) / cell).cast<int>();
+        double closest = distance;
+        for (int k = 0; k < 27; ++k) {
+            const auto found = stay.find(key(centre + Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)));
+            if (found == stay.end()) continue;
+            for (const int other : found->second) {
+                const double d = (points[other] - points[i]).norm();
+                const bool closer = place[i] == kNone ? d <= closest : d < closest || (d == closest && other < place[i]);
+                if (closer) closest = d, place[i] = other;
+            }
+        }
+        if (place[i] != kNone) continue;
+        place[i] = i;
+        stay[key(centre)].push_back(i);
+    }
+    return place;
+}
+
+void drop_repeated(std::vector<Piece>& pieces, Log& log) {
+    std::erase_if(pieces, [&](const Piece& piece) {
+        if (piece.has_repeated_place()) log.add(RepairKind::RepeatedIndex, {piece.source});
+        return piece.has_repeated_place();
+    });
+}
+
+void drop_copies(std::vector<Piece>& pieces, Log& log) {
+    std::vector<std::pair<Triangle, int>> keys;
+    keys.reserve(pieces.size());
+    for (int i = 0; i < static_cast<int>(pieces.size()); ++i) {
+        Triangle key = pieces[i].places;
+        std::sort(key.begin(), key.end());
+        keys.emplace_back(key, i);
+    }
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::vector<int>> copies;
+    for (std::size_t first = 0, k = 1; k < keys.size(); ++k) {
+        if (keys[k].first != keys[first].first) {
+            first = k;
+            continue;
+        }
+        pieces[keys[k].second].alive = false;
+        copies.push_back({pieces[keys[first].second].source, pieces[keys[k].second].source});
+    }
+    std::sort(copies.begin(), copies.end());
+    for (auto& copy : copies) log.add(RepairKind::DuplicateTriangles, std::move(copy));
+    std::erase_if(pieces, [](const Piece& piece) { return !piece.alive; });
+}
+
+// Flat triangles ---------------------------------------------------------------------------------------------------------
+
+/// Step 4. Longest sides go first: what comes of them is shorter.
+class FlatResolver {
+  public:
+    /// @param points  of the places, as given
+    /// @param unit    the same in [-1, 1]
+    FlatResolver(const Points& points, const Points& unit, std::vector<Piece> pieces)
+        : points_(points), unit_(unit), pieces_(std::move(pieces)), merged_(points.size()) {}
+
+    /// @returns whether it came to an end, with no flat triangle left
+    bool resolve() {
+        for (int i = 0; i < static_cast<int>(pieces_.size()); ++i) enqueue(i);
+        if (waiting_.empty()) return true;
+        around_.resize(points_.size());
+        for (int i = 0; i < static_cast<int>(pieces_.size()); ++i) list(i);
+        std::size_t budget = 100 + 20 * waiting_.size();
+        while (!waiting_.empty()) {
+            const int i = -waiting_.top().second;
+            waiting_.pop();
+            if (!is_flat(i)) continue;
+            if (budget-- == 0) return false;
+            if (const auto side = vanishing_side(i)) lose_side(i, *side);
+            else split_across(i);
+        }
+        return true;
+    }
+
+    std::vector<Piece> take_pieces() {
+        std::erase_if(pieces_, [](const Piece& piece) { return !piece.alive; });
+        std::stable_sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.source < b.source; });
+        return std::move(pieces_);
+    }
+    /// The place that a place has become.
+    int merged(int place) { return merged_.find(place); }
+    /// The vertex that now splits an edge, by its places.
+    const std::map<Edge, int>& splits() const { return splits_; }
+    /// A flat triangle and those split for it.
+    const std::vector<std::vector<int>>& items() const { return items_; }
+
+  private:
+    bool is_flat(int i) const {
+        const auto& [a, b, c] = pieces_[i].places;
+        return pieces_[i].alive && gradus::is_flat(points_[a], points_[b], points_[c]);
+    }
+    double side_length(int i, int k) const {
+        const Triangle& places = pieces_[i].places;
+        return (unit_[places[k]] - unit_[places[(k + 1) % 3]]).norm();
+    }
+    std::array<double, 3> side_lengths(int i) const { return {side_length(i, 0), side_length(i, 1), side_length(i, 2)}; }
+
+    void enqueue(int i) {
+        if (!is_flat(i)) return;
+        const std::array<double, 3> lengths = side_lengths(i);
+        waiting_.emplace(*std::max_element(lengths.begin(), lengths.end()), -i);
+    }
+    void list(int i) {
+        for (const int place : pieces_[i].places) around_[place].push_back(i);
+    }
+
+    /// A side as short as what rounding makes of its ends.
+    std::optional<int> vanishing_side(int i) const {
+        const std::array<double, 3> lengths = side_lengths(i);
+        const int k = static_cast<int>(std::min_element(lengths.begin(), lengths.end()) - lengths.begin());
+        const Triangle& places = pieces_[i].places;
+        const double largest = std::max(unit_[places[k]].cwiseAbs().maxCoeff(), unit_[places[(k + 1) % 3]].cwiseAbs().maxCoeff());
+        if (lengths[k] > kRoundingOfProducts * largest) return {};
+        return k;
+    }
+
+    void lose_side(int i, int k) {
+        items_.push_back({pieces_[i].source});
+        const auto [kept, gone] = std::minmax({pieces_[i].places[k], pieces_[i].places[(k + 1) % 3]});
+        merged_.unite(kept, gone);
+        for (const int other : std::exchange(around_[gone], {})) {
+            Piece& piece = pieces_[other];
+            if (!piece.alive || std::count(piece.places.begin(), piece.places.end(), gone) == 0) continue;
+            std::replace(piece.places.begin(), piece.places.end(), gone, kept);
+            if (piece.has_repeated_place()) {
+                piece.alive = false;
+                continue;
+            }
+            around_[kept].push_back(other);
+            enqueue(other);
+        }
+    }
+
+    void split_across(int i) {
+        const std::array<double, 3> lengths = side_lengths(i);
+        const auto k = static_cast<std::size_t>(std::max_element(lengths.begin(), lengths.end()) - lengths.begin());
+        const Triangle places = pieces_[i].places;
+        const int a = places[k], b = places[(k + 1) % 3], middle = places[(k + 2) % 3];
+        const int vertex = pieces_[i].vertices[(k + 2) % 3];
+        pieces_[i].alive = false;
+        splits_.emplace(sorted(a, b), vertex);
+        std::vector<int> item{pieces_[i].source}, others;
+        for (const int other : around_[a]) {
+            const Piece& piece = pieces_[other];
+            const auto has = [&](int place) { return std::count(piece.places.begin(), piece.places.end(), place) > 0; };
+            if (piece.alive && has(a) && has(b)) others.push_back(other);
+        }
+        std::sort(others.begin(), others.end());
+        others.erase(std::unique(others.begin(), others.end()), others.end());
+        for (const int other : others) {
+            item.push_back(pieces_[other].source);
+            split(other, a, b, middle, vertex);
+        }
+        items_.push_back(std::move(item));
+    }
+
+    void split(int i, int a, int b, int middle, int vertex) {
+        std::size_t k = 0;
+        while (sorted(pieces_[i].places[k], pieces_[i].places[(k + 1) % 3]) != sorted(a, b)) ++k;
+        // Its copy: both halves vanish.
+        if (pieces_[i].places[(k + 2) % 3] == middle) {
+            pieces_[i].alive = false;
+            return;
+        }
+        Piece second = pieces_[i];
+        Piece& first = pieces_[i];
+        first.places[(k + 1) % 3] = middle, first.vertices[(k + 1) % 3] = vertex;
+        second.places[k] = middle, second.vertices[k] = vertex;
+        pieces_.push_back(second);
+        const int added = static_cast<int>(pieces_.size()) - 1;
+        around_[middle].push_back(i);
+        list(added);
+        enqueue(i);
+        enqueue(added);
+    }
+
+    const Points& points_;
+    const Points& unit_;
+    std::vector<Piece> pieces_;
+    DisjointSets merged_;
+    std::vector<std::vector<int>> around_;  // pieces at a place, with some that left it
+    std::priority_queue<std::pair<double, int>> waiting_;
+    std::map<Edge, int> splits_;
+    std::vector<std::vector<int>> items_;
+};
+
+// The result -------------------------------------------------------------------------------------------------------------
+
+/// Vertices of the result for the fans of triangles.
+struct Vertices {
+    std::vector<int> of_corner;  ///< per corner 3 piece + k
+    std::vector<int> source;     ///< vertex of the input, per vertex of the result
+    std::vector<char> kept;      ///< per vertex of the input: the first vertices of the result are these, in order
+};
+
+/// Each fan takes the first free one of its vertices, or gets a new one.
+Vertices make_vertices(const std::vector<Piece>& pieces, const std::vector<int>& fan, std::size_t num_points) {
+    std::vector<std::array<int, 2>> members;  // fan, vertex
+    members.reserve(fan.size());
+    for (int corner = 0; corner < static_cast<int>(fan.size()); ++corner)
+        members.push_back({fan[corner], pieces[corner / 3].vertices[corner % 3]});
+    std::sort(members.begin(), members.end());
+
+    Vertices result;
+    result.kept.assign(num_points, 0);
+    std::vector<int> vertex_of_fan(fan.size(), kNone);
+    std::vector<std::array<int, 2>> added;  // fan, vertex
+    for (std::size_t first = 0, last = 0; first < members.size(); first = last) {
+        while (last < members.size() && members[last][0] == members[first][0]) ++last;
+        std::size_t k = first;
+        while (k < last && result.kept[members[k][1]]) ++k;
+        if (k == last) {
+            added.push_back(members[first]);
+            continue;
+        }
+        vertex_of_fan[members[k][0]] = members[k][1];
+        result.kept[members[k][1]] = 1;
+    }
+    std::vector<int> number(num_points, kNone);
+    for (int v = 0; v < static_cast<int>(num_points); ++v) {
+        if (!result.kept[v]) continue;
+        number[v] = static_cast<int>(result.source.size());
+        result.source.push_back(v);
+    }
+    for (int& v : vertex_of_fan)
+        if (v != kNone) v = number[v];
+    for (const auto& [f, v] : added) {
+        vertex_of_fan[f] = static_cast<int>(result.source.size());
+        result.source.push_back(v);
+    }
+    result.of_corner.reserve(fan.size());
+    for (const int f : fan) result.of_corner.push_back(vertex_of_fan[f]);
+    return result;
+}
+
+/// Side 3 piece + k as an edge of the input, its ends in order, and what it is in the result.
+struct Image {
+    Edge input;
+    Edge result;
+    int side;
+};
+
+std::vector<Image> edge_images(const std::vector<Piece>& pieces, const Vertices& vertices) {
+    std::vector<Image> images;
+    images.reserve(3 * pieces.size());
+    for (int i = 0; i < static_cast<int>(pieces.size()); ++i)
+        for (int k = 0; k < 3; ++k) {
+            const int m = (k + 1) % 3;
+            Edge input{pieces[i].vertices[k], pieces[i].vertices[m]}, result{vertices.of_corner[3 * i + k], vertices.of_corner[3 * i + m]};
+            if (input[1] < input[0]) std::swap(input[0], input[1]), std::swap(result[0], result[1]);
+            images.push_back({input, result, 3 * i + k});
+        }
+    std::sort(images.begin(), images.end(),
+              [](const Image& a, const Image& b) { return std::tie(a.input, a.result, a.side) < std::tie(b.input, b.result, b.side); });
+    return images;
+}
+
+/// Edges and vertices of the input that are several now.
+void log_cuts(const std::vector<Piece>& pieces, const Vertices& vertices, const std::vector<Image>& images,
+              const std::vector<char>& crowded, std::size_t num_points, Log& log) {
+    std::vector<char> explained(num_points, 0);
+    for (std::size_t first = 0, last = 0; first < images.size(); first = last) {
+        while (last < images.size() && images[last].input == images[first].input) ++last;
+        if (images[last - 1].result == images[first].result) continue;
+        const Edge& edge = images[first].input;
+        log.add(crowded[images[first].side] ? RepairKind::NonManifoldEdges : RepairKind::OneSidedEdges, {edge[0], edge[1]});
+        for (const int v : edge) explained[v] = 1;
+    }
+    std::vector<int> image(num_points, kNone);
+    std::vector<char> several(num_points, 0);
+    for (int corner = 0; corner < static_cast<int>(vertices.of_corner.size()); ++corner) {
+        const int v = pieces[corner / 3].vertices[corner % 3];
+        if (image[v] == kNone) image[v] = vertices.of_corner[corner];
+        else if (image[v] != vertices.of_corner[corner]) several[v] = 1;
+    }
+    for (int v = 0; v < static_cast<int>(num_points); ++v)
+        if (several[v] && !explained[v]) log.add(RepairKind::NonManifoldVertices, {v});
+}
+
+/// What goes along with the vertices: labels, feature edges, corners, parameters.
+class Followers {
+  public:
+    Followers(const TriangleSoup& from, const std::vector<Piece>& pieces, const std::vector<int>& place, const Vertices& vertices,
+              const std::vector<Image>& images, const std::map<Edge, int>& splits, Log& log)
+        : from_(from),
+          place_(place),
+          images_(images),
+          splits_(splits),
+          log_(log),
+          of_vertex_(from.points.size()),
+          of_place_(from.points.size()) {
+        for (int corner = 0; corner < static_cast<int>(vertices.of_corner.size()); ++corner) {
+            of_vertex_[pieces[corner / 3].vertices[corner % 3]].push_back(vertices.of_corner[corner]);
+            of_place_[pieces[corner / 3].places[corner % 3]].push_back(vertices.of_corner[corner]);
+        }
+        for (auto* lists : {&of_vertex_, &of_place_})
+            for (std::vector<int>& list : *lists) {
+                std::sort(list.begin(), list.end());
+                list.erase(std::unique(list.begin(), list.end()), list.end());
+            }
+    }
+
+    void follow(TriangleSoup& to) {
+        std::map<Edge, Edge> first_edge;
+        for (const Edge& edge : from_.edges) {
+            bool found = false;
+            for (const Edge& image : edge_images(edge, 0)) {
+                found = true;
+                // Two that were welded are one.
+                if (first_edge.emplace(sorted(image[0], image[1]), edge).first->second == edge) to.edges.push_back(image);
+            }
+            if (!found) log_.add(RepairKind::LostFeatures, {edge[0], edge[1]});
+        }
+        std::map<int, int> first_corner;
+        for (const int v : from_.corners) {
+            for (const int image : images_of(v))
+                if (first_corner.emplace(image, v).first->second == v) to.corners.push_back(image);
+            if (images_of(v).empty()) log_.add(RepairKind::LostFeatures, {v});
+        }
+        for (const TriangleSoup::Parameters& entry : from_.parameters) {
+            for (const int image : images_of(entry.vertex)) to.parameters.push_back({image, entry.at});
+            if (images_of(entry.vertex).empty()) log_.add(RepairKind::LostFeatures, {entry.vertex});
+        }
+    }
+
+  private:
+    const std::vector<int>& images_of(int v) const {
+        static const std::vector<int> none;
+        if (v < 0 || v >= static_cast<int>(of_vertex_.size()) || place_[v] == kNone) return none;
+        return of_vertex_[v].empty() ? of_place_[place_[v]] : of_vertex_[v];
+    }
+
+    /// @param depth  of splits of splits
+    std::vector<Edge> edge_images(const Edge& edge, int depth) const {
+        const auto key = sorted(edge[0], edge[1]);
+        std::vector<Edge> result;
+        auto image = std::lower_bound(images_.begin(), images_.end(), key, [](const Image& a, const Edge& b) { return a.input < b; });
+        for (; image != images_.end() && image->input == key; ++image) {
+            const Edge found = edge[0] == key[0] ? image->result : Edge{image->result[1], image->result[0]};
+            if (result.empty() || result.back() != found) result.push_back(found);
+        }
+        if (!result.empty() || images_of(edge[0]).empty() || images_of(edge[1]).empty()) return result;
+        constexpr int kDeepest = 64;
+        const auto split = splits_.find(sorted(place_[edge[0]], place_[edge[1]]));
+        if (split != splits_.end() && depth < kDeepest) {
+            for (const Edge& half : {Edge{edge[0], split->second}, Edge{split->second, edge[1]}})
+                for (const Edge& part : edge_images(half, depth + 1)) result.push_back(part);
+            return result;
+        }
+        const Edge ends{images_of(edge[0]).front(), images_of(edge[1]).front()};
+        if (ends[0] != ends[1]) result.push_back(ends);
+        return result;
+    }
+
+    const TriangleSoup& from_;
+    const std::vector<int>& place_;
+    const std::vector<Image>& images_;
+    const std::map<Edge, int>& splits_;
+    Log& log_;
+    std::vector<std::vector<int>> of_vertex_, of_place_;  // vertices of the result, per vertex and place of the input
+};
+
+void log_vertices(const TriangleSoup& soup, const std::vector<int>& place, const Vertices& vertices, Log& log) {
+    for (int v = 0; v < static_cast<int>(soup.points.size()); ++v) {
+        if (place[v] == kNone) log.add(RepairKind::UnusedVertices, {v});
+        else if (place[v] == v && !vertices.kept[v]) log.add(RepairKind::UnusedVertices, {v});
+        else if (place[v] != v && (!vertices.kept[v] || soup.points[v] != soup.points[place[v]]))
+            log.add(RepairKind::WeldedVertices, {place[v], v});
+    }
+}
+
+std::string what_was_done(RepairKind kind) {
+    switch (kind) {
+        case RepairKind::OutOfRange:
+            return "triangles with an index out of range dropped";
+        case RepairKind::BadNumbers:
+            return "triangles with a coordinate that is not finite dropped";
+        case RepairKind::WeldedVertices:
+            return "vertices welded (kept-gone)";
+        case RepairKind::RepeatedIndex:
+            return "triangles that have a vertex twice dropped";
+        case RepairKind::FlatTriangles:
+            return "flat triangles resolved (with those split across their long side)";
+        case RepairKind::DuplicateTriangles:
+            return "triangles that repeat another one dropped (kept-gone)";
+        case RepairKind::TurnedTriangles:
+            return "triangles turned round";
+        case RepairKind::OneSidedEdges:
+            return "edges cut where the surface has one side only";
+        case RepairKind::NonManifoldEdges:
+            return "edges of three triangles or more taken apart";
+        case RepairKind::NonManifoldVertices:
+            return "vertices where surfaces touch taken apart";
+        case RepairKind::UnusedVertices:
+            return "vertices in no triangle dropped";
+        case RepairKind::LostFeatures:
+            return "features without a place in the result dropped";
+    }
+    return "";
+}
+
+}  // namespace
+
+Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
+    if (!(options.weld_tolerance >= 0 && options.weld_tolerance <= 0.1))
+        throw std::invalid_argument("repair: weld tolerance " + std::to_string(options.weld_tolerance) + " is not in [0, 0.1]");
+    if (!soup.labels.empty() && soup.labels.size() != soup.triangles.size())
+        throw std::invalid_argument("repair: " + std::to_string(soup.labels.size()) + " labels for " +
+                                    std::to_string(soup.triangles.size()) + " triangles");
+    Log log;
+    std::vector<Piece> pieces = usable_triangles(soup, log);
+    const std::vector<char> used = used_vertices(pieces, soup.points.size());
+    const Points unit = to_unit_box(soup.points, used);
+    std::vector<int> place =
+        options.weld_tolerance > 0 ? close_places(unit, used, options.weld_tolerance) : equal_places(soup.points, used);
+    for (Piece& piece : pieces)
+        for (int& corner : piece.places) corner = place[corner];
+    drop_repeated(pieces, log);
+
+    std::map<Edge, int> splits;
+    if (FlatResolver flats(soup.points, unit, pieces); flats.resolve()) {
+        pieces = flats.take_pieces();
+        splits = flats.splits();
+        for (const auto& item : flats.items()) log.add(RepairKind::FlatTriangles, item);
+        for (int& p : place)
+            if (p != kNone) p = flats.merged(p);
+    }
+    drop_copies(pieces, log);
+
+    std::vector<Triangle> places, corners;
+    for (const Piece& piece : pieces) {
+        places.push_back(piece.places);
+        corners.push_back(piece.vertices);
+    }
+    const Sheets sheets = join_sheets(unit, places, corners);
+    const Vertices vertices = make_vertices(pieces, sheets.fan, soup.points.size());
+    const std::vector<Image> images = edge_images(pieces, vertices);
+    log_cuts(pieces, vertices, images, sheets.crowded, soup.points.size(), log);
+    log_vertices(soup, place, vertices, log);
+
+    Repaired result;
+    for (const int v : vertices.source) {
+        const Eigen::Vector3d &own = soup.points[v], &common = soup.points[place[v]];
+        result.soup.points.push_back(own == common ? own : common);
+    }
+    int last_turned = kNone;
+    for (int i = 0; i < static_cast<int>(pieces.size()); ++i) {
+        Triangle triangle{vertices.of_corner[3 * i], vertices.of_corner[3 * i + 1], vertices.of_corner[3 * i + 2]};
+        if (sheets.turned[i]) {
+            std::swap(triangle[1], triangle[2]);
+            if (std::exchange(last_turned, pieces[i].source) != pieces[i].source) log.add(RepairKind::TurnedTriangles, {pieces[i].source});
+        }
+        result.soup.triangles.push_back(triangle);
+        if (!soup.labels.empty()) result.soup.labels.push_back(soup.labels[pieces[i].source]);
+    }
+    Followers(soup, pieces, place, vertices, images, splits, log).follow(result.soup);
+    result.steps = log.steps();
+    return result;
+}
+
+std::string_view name_of(RepairKind kind) {
+    switch (kind) {
+        case RepairKind::OutOfRange:
+            return "out_of_range";
+        case RepairKind::BadNumbers:
+            return "bad_numbers";
+        case RepairKind::WeldedVertices:
+            return "welded_vertices";
+        case RepairKind::RepeatedIndex:
+            return "repeated_index";
+        case RepairKind::FlatTriangles:
+            return "flat_triangles";
+        case RepairKind::DuplicateTriangles:
+            return "duplicate_triangles";
+        case RepairKind::TurnedTriangles:
+            return "turned_triangles";
+        case RepairKind::OneSidedEdges:
+            return "one_sided_edges";
+        case RepairKind::NonManifoldEdges:
+            return "nonmanifold_edges";
+        case RepairKind::NonManifoldVertices:
+            return "nonmanifold_vertices";
+        case RepairKind::UnusedVertices:
+            return "unused_vertices";
+        case RepairKind::LostFeatures:
+            return "lost_features";
+    }
+    return "";
+}
+
+std::string summary(const std::vector<RepairStep>& steps) {
+    constexpr std::size_t kNamed = 5;
+    std::string text;
+    for (const RepairStep& step : steps) {
+        text += std::to_string(step.items.count) + " " + what_was_done(step.kind) + ":";
+        for (std::size_t i = 0; i < std::min(kNamed, step.items.first.size()); ++i) {
+            std::string item;
+            for (const int index : step.items.first[i]) item.append(item.empty() ? "" : "-").append(std::to_string(index));
+            text += " " + item;
+        }
+        text += step.items.count > kNamed ? " ...\n" : "\n";
+    }
+    return text;
+}
+
+}  // namespace gradus
