@@ -48,6 +48,13 @@ class Log {
     std::map<RepairKind, Findings<std::vector<int>>> steps_;
 };
 
+/// The same for all triangles of these places.
+Triangle key_of(const Piece& piece) {
+    Triangle key = piece.places;
+    std::sort(key.begin(), key.end());
+    return key;
+}
+
 Edge sorted(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
 // Triangles --------------------------------------------------------------------------------------------------------------
@@ -146,11 +153,7 @@ void drop_repeated(std::vector<Piece>& pieces, Log& log) {
 void drop_copies(std::vector<Piece>& pieces, Log& log) {
     std::vector<std::pair<Triangle, int>> keys;
     keys.reserve(pieces.size());
-    for (int i = 0; i < static_cast<int>(pieces.size()); ++i) {
-        Triangle key = pieces[i].places;
-        std::sort(key.begin(), key.end());
-        keys.emplace_back(key, i);
-    }
+    for (int i = 0; i < static_cast<int>(pieces.size()); ++i) keys.emplace_back(key_of(pieces[i]), i);
     std::sort(keys.begin(), keys.end());
     std::vector<std::vector<int>> copies;
     for (std::size_t first = 0, k = 1; k < keys.size(); ++k) {
@@ -182,7 +185,7 @@ class FlatResolver {
         if (waiting_.empty()) return true;
         around_.resize(points_.size());
         for (int i = 0; i < static_cast<int>(pieces_.size()); ++i) list(i);
-        std::size_t budget = 100 + 20 * waiting_.size();
+        std::size_t budget = 1000 + 50 * waiting_.size();
         while (!waiting_.empty()) {
             const int i = -waiting_.top().second;
             waiting_.pop();
@@ -219,6 +222,14 @@ class FlatResolver {
 
     void enqueue(int i) {
         if (!is_flat(i)) return;
+        // Of copies one does: whatever is across its sides, it vanishes between them.
+        const Triangle key = key_of(pieces_[i]);
+        const auto [known, is_new] = flats_.emplace(key, i);
+        if (!is_new && known->second != i && pieces_[known->second].alive && key_of(pieces_[known->second]) == key) {
+            pieces_[i].alive = false;
+            return;
+        }
+        known->second = i;
         const std::array<double, 3> lengths = side_lengths(i);
         waiting_.emplace(*std::max_element(lengths.begin(), lengths.end()), -i);
     }
@@ -300,8 +311,9 @@ class FlatResolver {
     const Points& unit_;
     std::vector<Piece> pieces_;
     DisjointSets merged_;
-    std::vector<std::vector<int>> around_;  // pieces at a place, with some that left it
-    std::priority_queue<std::pair<double, int>> waiting_;
+    std::vector<std::vector<int>> around_;                 // pieces at a place, with some that left it
+    std::priority_queue<std::pair<double, int>> waiting_;  // longest side
+    std::map<Triangle, int> flats_;                        // the latest piece with these places
     std::map<Edge, int> splits_;
     std::vector<std::vector<int>> items_;
 };
@@ -538,6 +550,7 @@ Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
     for (Piece& piece : pieces)
         for (int& corner : piece.places) corner = place[corner];
     drop_repeated(pieces, log);
+    drop_copies(pieces, log);
 
     std::map<Edge, int> splits;
     if (FlatResolver flats(soup.points, unit, pieces); flats.resolve()) {
@@ -546,8 +559,8 @@ Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
         for (const auto& item : flats.items()) log.add(RepairKind::FlatTriangles, item);
         for (int& p : place)
             if (p != kNone) p = flats.merged(p);
+        drop_copies(pieces, log);
     }
-    drop_copies(pieces, log);
 
     std::vector<Triangle> places, corners;
     for (const Piece& piece : pieces) {

@@ -19,8 +19,7 @@ constexpr int kNone = -1;
 int next(int side) { return side % 3 == 2 ? side - 2 : side + 1; }
 int previous(int side) { return side % 3 == 0 ? side + 2 : side - 1; }
 
-/// All choices are made by triangle index and by geometry, not by the numbers of vertices, and what is joined already comes first. So the
-/// result, joined again, is the same.
+/// All choices are made by triangle index and by geometry, not by the numbers of vertices.
 class Joiner {
   public:
     Joiner(std::span<const Eigen::Vector3d> points, std::span<const Triangle> places, std::span<const Triangle> vertices)
@@ -33,8 +32,9 @@ class Joiner {
         find_edges();
         for (const Edge& edge : edges_) join_obvious(edge);
         orient();
+        DisjointSets pieces = joined_triangles();
         for (const Edge& edge : edges_)
-            if (edge.sides.size() > 2) join_sheets_at(edge);
+            if (edge.sides.size() > 2) join_sheets_at(edge, pieces);
         DisjointSets fans = joined_corners();
         while (part_doubled_edges(fans)) fans = joined_corners();
         turn_outward();
@@ -90,8 +90,9 @@ class Joiner {
             const auto key = [&](int place) { return std::tuple(points_[place].x(), points_[place].y(), points_[place].z()); };
             if (key(ends[1]) < key(ends[0])) std::swap(ends[0], ends[1]);
             edges_.push_back({ends, std::span(sides_).subspan(first, last - first)});
-            if (last - first > 2)
-                for (const int side : edges_.back().sides) sheets_.crowded[side] = 1;
+            if (last - first == 2) continue;
+            sheets_.has_cuts = true;
+            for (const int side : edges_.back().sides) sheets_.crowded[side] = 1;
         }
     }
 
@@ -149,6 +150,7 @@ class Joiner {
                     reach(other / 3);
                 } else if (!agree(side, other)) {
                     part(side);
+                    sheets_.has_cuts = true;
                 }
             }
             const auto count = std::count_if(piece.begin(), piece.end(), [&](int t) { return sheets_.turned[t] != 0; });
@@ -161,12 +163,13 @@ class Joiner {
 
     struct Leaf {
         int side;
+        int piece;               // triangles connected so far
         bool forward;            // from the first end to the second
         Eigen::Vector3d across;  // unit vector from the edge into the triangle
         double angle;            // around the edge
     };
 
-    void join_sheets_at(const Edge& edge) {
+    void join_sheets_at(const Edge& edge, DisjointSets& pieces) {
         // Pairing is cubic in the number of leaves; a book of so many is no surface anyway.
         constexpr std::size_t kMostLeaves = 100;
         if (edge.sides.size() > kMostLeaves) return;
@@ -179,9 +182,10 @@ class Joiner {
             const Eigen::Vector3d across = (to_apex - axis.dot(to_apex) * axis).stableNormalized();
             if (leaves.empty()) x = across, y = axis.cross(x);
             const bool forward = (start(side) == edge.ends[0]) != (sheets_.turned[side / 3] != 0);
-            leaves.push_back({side, forward, across, std::atan2(y.dot(across), x.dot(across))});
+            leaves.push_back({side, pieces.find(side / 3), forward, across, std::atan2(y.dot(across), x.dot(across))});
         }
-        if (!join_solids(leaves)) join_straightest(leaves);
+        while (leaves.size() > 1 && !join_solids(leaves) && join_straightest(leaves)) {
+        }
     }
 
     /// Where leaves face each other in turn, those with the inside between them belong together.
@@ -196,17 +200,30 @@ class Joiner {
         return true;
     }
 
-    void join_straightest(std::vector<Leaf> leaves) {
-        while (leaves.size() > 1) {
-            std::array<std::size_t, 2> best{0, 1};
-            for (std::size_t i = 0; i < leaves.size(); ++i)
-                for (std::size_t k = i + 1; k < leaves.size(); ++k)
-                    if (leaves[i].across.dot(leaves[k].across) < leaves[best[0]].across.dot(leaves[best[1]].across)) best = {i, k};
-            if (leaves[best[0]].forward == leaves[best[1]].forward) return;
-            join(leaves[best[0]].side, leaves[best[1]].side);
-            leaves.erase(leaves.begin() + static_cast<std::ptrdiff_t>(best[1]));
-            leaves.erase(leaves.begin() + static_cast<std::ptrdiff_t>(best[0]));
-        }
+    /// Joins the two leaves that belong together best, and takes them out, unless they are oriented differently: leaves of one piece, that
+    /// it may stay whole, before others, and those that continue each other straightest.
+    /// @returns whether it did
+    bool join_straightest(std::vector<Leaf>& leaves) {
+        const auto rank = [&](std::size_t i, std::size_t k) {
+            const Leaf &a = leaves[i], &b = leaves[k];
+            return std::pair(a.piece == b.piece && a.forward != b.forward ? 0 : 1, a.across.dot(b.across));
+        };
+        std::array<std::size_t, 2> best{0, 1};
+        for (std::size_t i = 0; i < leaves.size(); ++i)
+            for (std::size_t k = i + 1; k < leaves.size(); ++k)
+                if (rank(i, k) < rank(best[0], best[1])) best = {i, k};
+        if (leaves[best[0]].forward == leaves[best[1]].forward) return false;
+        join(leaves[best[0]].side, leaves[best[1]].side);
+        leaves.erase(leaves.begin() + static_cast<std::ptrdiff_t>(best[1]));
+        leaves.erase(leaves.begin() + static_cast<std::ptrdiff_t>(best[0]));
+        return true;
+    }
+
+    DisjointSets joined_triangles() const {
+        DisjointSets pieces(places_.size());
+        for (int side = 0; side < static_cast<int>(partner_.size()); ++side)
+            if (partner_[side] > side) pieces.unite(side / 3, partner_[side] / 3);
+        return pieces;
     }
 
     // Fans ---------------------------------------------------------------------------------------------------------------
@@ -247,9 +264,7 @@ class Joiner {
 
     /// Turns closed pieces whose triangles did not agree as given, where they enclose a negative volume.
     void turn_outward() {
-        DisjointSets pieces(places_.size());
-        for (int side = 0; side < static_cast<int>(partner_.size()); ++side)
-            if (partner_[side] > side) pieces.unite(side / 3, partner_[side] / 3);
+        DisjointSets pieces = joined_triangles();
         struct Piece {
             double volume = 0;
             bool open = false, mixed = false;
@@ -279,10 +294,49 @@ class Joiner {
     Sheets sheets_;
 };
 
+/// Whether nothing was turned, and the corners at one vertex are those of one fan.
+bool is_settled(const Sheets& sheets, std::span<const Triangle> vertices) {
+    if (std::any_of(sheets.turned.begin(), sheets.turned.end(), [](char turned) { return turned != 0; })) return false;
+    int num_vertices = 0;
+    for (const Triangle& triangle : vertices) num_vertices = std::max({num_vertices, triangle[0] + 1, triangle[1] + 1, triangle[2] + 1});
+    std::vector<int> fan_of(static_cast<std::size_t>(num_vertices), kNone), vertex_of(sheets.fan.size(), kNone);
+    for (int corner = 0; corner < static_cast<int>(sheets.fan.size()); ++corner) {
+        const int v = vertices[corner / 3][corner % 3], fan = sheets.fan[corner];
+        if (fan_of[v] == kNone) fan_of[v] = fan;
+        if (vertex_of[fan] == kNone) vertex_of[fan] = v;
+        if (fan_of[v] != fan || vertex_of[fan] != v) return false;
+    }
+    return true;
+}
+
+/// As its two last corners change places.
+void turn(Triangle& triangle) { std::swap(triangle[1], triangle[2]); }
+
 }  // namespace
 
 Sheets join_sheets(std::span<const Eigen::Vector3d> points, std::span<const Triangle> places, std::span<const Triangle> vertices) {
-    return Joiner(points, places, vertices).join();
+    Sheets result = Joiner(points, places, vertices).join();
+    if (!result.has_cuts || is_settled(result, vertices)) return result;
+    // What is joined now, joined again, may come out differently around the cuts: larger pieces stay together better. This settles soon;
+    // the bound is for the unforeseen.
+    constexpr int kMostRounds = 100;
+    std::vector<Triangle> turned_places(places.size()), joined(places.size());
+    for (int round = 0; round < kMostRounds; ++round) {
+        for (int t = 0; t < static_cast<int>(places.size()); ++t) {
+            turned_places[t] = places[t];
+            joined[t] = {result.fan[3 * t], result.fan[3 * t + 1], result.fan[3 * t + 2]};
+            if (result.turned[t]) turn(turned_places[t]), turn(joined[t]);
+        }
+        const Sheets again = Joiner(points, turned_places, joined).join();
+        if (is_settled(again, joined)) break;
+        for (int t = 0; t < static_cast<int>(places.size()); ++t) {
+            Triangle fan{again.fan[3 * t], again.fan[3 * t + 1], again.fan[3 * t + 2]};
+            if (result.turned[t]) turn(fan);
+            std::copy(fan.begin(), fan.end(), result.fan.begin() + 3 * t);
+            result.turned[t] ^= again.turned[t];
+        }
+    }
+    return result;
 }
 
 }  // namespace gradus

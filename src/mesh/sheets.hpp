@@ -13,9 +13,10 @@ struct Sheets {
     std::vector<int> fan;       ///< per corner 3 t + k: the corner that stands for all that stay together with it at a vertex
     std::vector<char> turned;   ///< per triangle
     std::vector<char> crowded;  ///< per side 3 t + k, from corner k: at an edge of three triangles or more
+    bool has_cuts = false;      ///< there are such edges, or one-sided pieces
 };
 
-/// Steps 6 to 8 of repair().
+/// Steps 5 to 7 of repair().
 /// @param points     of places, in [-1, 1]
 /// @param places     of the corners of each triangle, three different ones, no three twice; points of different places differ
 /// @param vertices   of the corners of each triangle: those at one place may be different

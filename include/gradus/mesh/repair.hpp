@@ -5,19 +5,19 @@
 ///  2. Vertices at the same place are taken for one, with a tolerance those close to each other: in the order of their indices,
 ///     each joins the closest of those before it that stay, if that is within the tolerance, and stays itself otherwise. So
 ///     a vertex moves by the tolerance at most, onto one that did not move: dense regions thin out but do not run together.
-///  3. Triangles that have a vertex twice, then, are dropped. Their other two sides have become one.
+///  3. Triangles that have a vertex twice, then, are dropped: their other two sides have become one. So are copies of a triangle, in any
+///     orientation.
 ///  4. Flat triangles (Diagnosis::zero_area) are resolved, longest first, and tight where it was tight: the middle corner splits the
 ///     triangles across the long side, so that these meet the short sides directly, and the flat triangle is dropped. One
 ///     with a side as short as the rounding of its ends loses that side instead. If this comes to no end, all are left as they are.
-///  5. Copies of a triangle, in any orientation, are dropped.
-///  6. Sides of two triangles at one edge are joined, and the pieces oriented alike: the smaller part of each is turned, and
+///  5. Sides of two triangles at one edge are joined, and the pieces oriented alike: the smaller part of each is turned, and
 ///     what is closed then has its outside outside. Pieces that agree in themselves stay as they are, cavities among them.
 ///     Where a piece has one side only (Moebius strip), it is cut along the edges that cannot agree.
-///  7. Edges of three triangles and more come apart into sheets. What the input joins in pairs stays joined. Where solids touch (the
+///  6. Edges of three triangles and more come apart into sheets. What the input joins in pairs stays joined. Where solids touch (the
 ///     triangles around the edge face each other in turn), each keeps its own; else the two that continue each other
 ///     straightest are joined, again and again, until those are oriented differently; the others are cut off.
-///  8. Surfaces that touch in a vertex only come apart.
-///  9. Vertices in no triangle are dropped.
+///  7. Surfaces that touch in a vertex only come apart.
+///  8. Vertices in no triangle are dropped.
 /// So vertices at one place, joined in 2, stay or become several where sheets or fans of triangles pass each other.
 ///
 /// What remains keeps its order, points their bits where nothing was welded; vertices added by cuts come last. Labels, feature edges,
