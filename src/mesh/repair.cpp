@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <queue>
 #include <stdexcept>
@@ -12,7 +13,6 @@
 #include <unordered_map>
 #include <utility>
 
-#include "disjoint_sets.hpp"
 #include "flat.hpp"
 #include "sheets.hpp"
 
@@ -177,7 +177,9 @@ class FlatResolver {
     /// @param points  of the places, as given
     /// @param unit    the same in [-1, 1]
     FlatResolver(const Points& points, const Points& unit, std::vector<Piece> pieces)
-        : points_(points), unit_(unit), pieces_(std::move(pieces)), merged_(points.size()) {}
+        : points_(points), unit_(unit), pieces_(std::move(pieces)), merged_(points.size()) {
+        std::iota(merged_.begin(), merged_.end(), 0);
+    }
 
     /// @returns whether it came to an end, with no flat triangle left
     bool resolve() {
@@ -203,7 +205,10 @@ class FlatResolver {
         return std::move(pieces_);
     }
     /// The place that a place has become.
-    int merged(int place) { return merged_.find(place); }
+    int merged(int place) const {
+        while (merged_[place] != place) place = merged_[place];
+        return place;
+    }
     /// The vertex that now splits an edge, by its places.
     const std::map<Edge, int>& splits() const { return splits_; }
     /// A flat triangle and those split for it.
@@ -214,11 +219,18 @@ class FlatResolver {
         const auto& [a, b, c] = pieces_[i].places;
         return pieces_[i].alive && gradus::is_flat(points_[a], points_[b], points_[c]);
     }
-    double side_length(int i, int k) const {
-        const Triangle& places = pieces_[i].places;
-        return (unit_[places[k]] - unit_[places[(k + 1) % 3]]).norm();
+    /// Sides by length; ties by the coordinates of the ends, not by their numbers.
+    auto side_key(int i, int k) const {
+        const auto key = [&](int place) { return std::tuple(points_[place].x(), points_[place].y(), points_[place].z()); };
+        const int a = pieces_[i].places[k], b = pieces_[i].places[(k + 1) % 3];
+        return std::tuple((unit_[a] - unit_[b]).norm(), std::min(key(a), key(b)), std::max(key(a), key(b)));
     }
-    std::array<double, 3> side_lengths(int i) const { return {side_length(i, 0), side_length(i, 1), side_length(i, 2)}; }
+    int shortest_side(int i) const {
+        return std::min({0, 1, 2}, [&](int k, int m) { return side_key(i, k) < side_key(i, m); });
+    }
+    int longest_side(int i) const {
+        return std::max({0, 1, 2}, [&](int k, int m) { return side_key(i, k) < side_key(i, m); });
+    }
 
     void enqueue(int i) {
         if (!is_flat(i)) return;
@@ -230,8 +242,7 @@ class FlatResolver {
             return;
         }
         known->second = i;
-        const std::array<double, 3> lengths = side_lengths(i);
-        waiting_.emplace(*std::max_element(lengths.begin(), lengths.end()), -i);
+        waiting_.emplace(std::get<0>(side_key(i, longest_side(i))), -i);
     }
     void list(int i) {
         for (const int place : pieces_[i].places) around_[place].push_back(i);
@@ -239,18 +250,19 @@ class FlatResolver {
 
     /// A side as short as what rounding makes of its ends.
     std::optional<int> vanishing_side(int i) const {
-        const std::array<double, 3> lengths = side_lengths(i);
-        const int k = static_cast<int>(std::min_element(lengths.begin(), lengths.end()) - lengths.begin());
+        const int k = shortest_side(i);
         const Triangle& places = pieces_[i].places;
         const double largest = std::max(unit_[places[k]].cwiseAbs().maxCoeff(), unit_[places[(k + 1) % 3]].cwiseAbs().maxCoeff());
-        if (lengths[k] > kRoundingOfProducts * largest) return {};
+        if (std::get<0>(side_key(i, k)) > kRoundingOfProducts * largest) return {};
         return k;
     }
 
     void lose_side(int i, int k) {
         items_.push_back({pieces_[i].source});
-        const auto [kept, gone] = std::minmax({pieces_[i].places[k], pieces_[i].places[(k + 1) % 3]});
-        merged_.unite(kept, gone);
+        int kept = pieces_[i].places[k], gone = pieces_[i].places[(k + 1) % 3];
+        const auto key = [&](int place) { return std::tuple(points_[place].x(), points_[place].y(), points_[place].z()); };
+        if (key(gone) < key(kept)) std::swap(kept, gone);
+        merged_[gone] = kept;
         for (const int other : std::exchange(around_[gone], {})) {
             Piece& piece = pieces_[other];
             if (!piece.alive || std::count(piece.places.begin(), piece.places.end(), gone) == 0) continue;
@@ -265,8 +277,7 @@ class FlatResolver {
     }
 
     void split_across(int i) {
-        const std::array<double, 3> lengths = side_lengths(i);
-        const auto k = static_cast<std::size_t>(std::max_element(lengths.begin(), lengths.end()) - lengths.begin());
+        const auto k = static_cast<std::size_t>(longest_side(i));
         const Triangle places = pieces_[i].places;
         const int a = places[k], b = places[(k + 1) % 3], middle = places[(k + 2) % 3];
         const int vertex = pieces_[i].vertices[(k + 2) % 3];
@@ -310,7 +321,7 @@ class FlatResolver {
     const Points& points_;
     const Points& unit_;
     std::vector<Piece> pieces_;
-    DisjointSets merged_;
+    std::vector<int> merged_;                              // into which place
     std::vector<std::vector<int>> around_;                 // pieces at a place, with some that left it
     std::priority_queue<std::pair<double, int>> waiting_;  // longest side
     std::map<Triangle, int> flats_;                        // the latest piece with these places

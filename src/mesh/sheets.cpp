@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <tuple>
 
@@ -312,31 +313,70 @@ bool is_settled(const Sheets& sheets, std::span<const Triangle> vertices) {
 /// As its two last corners change places.
 void turn(Triangle& triangle) { std::swap(triangle[1], triangle[2]); }
 
+/// Fans numbered in the order of the corners as turned: the same for the same result however it came about.
+std::vector<int> numbered(const Sheets& sheets) {
+    std::vector<int> number(sheets.fan.size(), kNone), result;
+    int count = 0;
+    for (int corner = 0; corner < static_cast<int>(sheets.fan.size()); ++corner) {
+        const int k = corner % 3, turned = sheets.turned[corner / 3] && k > 0 ? corner + (k == 1 ? 1 : -1) : corner;
+        int& n = number[sheets.fan[turned]];
+        if (n == kNone) n = count++;
+        result.push_back(n);
+    }
+    return result;
+}
+
+/// What is joined now, joined again: around cuts it may come out differently.
+Sheets join_again(const Sheets& sheets, std::span<const Eigen::Vector3d> points, std::span<const Triangle> places) {
+    std::vector<Triangle> turned_places(places.begin(), places.end()), joined(places.size());
+    for (int t = 0; t < static_cast<int>(places.size()); ++t) {
+        joined[t] = {sheets.fan[3 * t], sheets.fan[3 * t + 1], sheets.fan[3 * t + 2]};
+        if (sheets.turned[t]) turn(turned_places[t]), turn(joined[t]);
+    }
+    const Sheets again = Joiner(points, turned_places, joined).join();
+    if (is_settled(again, joined)) return sheets;
+    Sheets result = sheets;
+    for (int t = 0; t < static_cast<int>(places.size()); ++t) {
+        // Fans are told by corners, and these have changed places.
+        for (int k = 0; k < 3; ++k) {
+            const auto old = [&](int corner) {
+                const int m = corner % 3;
+                return sheets.turned[corner / 3] && m > 0 ? corner + (m == 1 ? 1 : -1) : corner;
+            };
+            result.fan[old(3 * t + k)] = old(again.fan[3 * t + k]);
+        }
+        result.turned[t] = sheets.turned[t] ^ again.turned[t];
+    }
+    return result;
+}
+
+bool same(const Sheets& a, const Sheets& b) { return a.fan == b.fan && a.turned == b.turned; }
+
 }  // namespace
 
 Sheets join_sheets(std::span<const Eigen::Vector3d> points, std::span<const Triangle> places, std::span<const Triangle> vertices) {
-    Sheets result = Joiner(points, places, vertices).join();
-    if (!result.has_cuts || is_settled(result, vertices)) return result;
-    // What is joined now, joined again, may come out differently around the cuts: larger pieces stay together better. This settles soon;
-    // the bound is for the unforeseen.
-    constexpr int kMostRounds = 100;
-    std::vector<Triangle> turned_places(places.size()), joined(places.size());
+    Sheets sheets = Joiner(points, places, vertices).join();
+    if (!sheets.has_cuts || is_settled(sheets, vertices)) return sheets;
+    // Larger pieces stay together better, so the result is joined again until it stays. Very rarely it goes round in a circle; then it is
+    // the least one there. The bound is for the unforeseen.
+    constexpr int kMostRounds = 200;
+    std::map<std::vector<int>, Sheets> seen;
     for (int round = 0; round < kMostRounds; ++round) {
-        for (int t = 0; t < static_cast<int>(places.size()); ++t) {
-            turned_places[t] = places[t];
-            joined[t] = {result.fan[3 * t], result.fan[3 * t + 1], result.fan[3 * t + 2]};
-            if (result.turned[t]) turn(turned_places[t]), turn(joined[t]);
-        }
-        const Sheets again = Joiner(points, turned_places, joined).join();
-        if (is_settled(again, joined)) break;
-        for (int t = 0; t < static_cast<int>(places.size()); ++t) {
-            Triangle fan{again.fan[3 * t], again.fan[3 * t + 1], again.fan[3 * t + 2]};
-            if (result.turned[t]) turn(fan);
-            std::copy(fan.begin(), fan.end(), result.fan.begin() + 3 * t);
-            result.turned[t] ^= again.turned[t];
-        }
+        const Sheets again = join_again(sheets, points, places);
+        if (same(again, sheets)) return sheets;
+        sheets = again;
+        if (!seen.emplace(numbered(sheets), sheets).second) break;
     }
-    return result;
+    // Once round.
+    const std::vector<int> start = numbered(sheets);
+    std::vector<int> least = start;
+    while (true) {
+        sheets = join_again(sheets, points, places);
+        const std::vector<int> here = numbered(sheets);
+        if (here == start || !seen.contains(here)) break;
+        least = std::min(least, here);
+    }
+    return seen.at(least);
 }
 
 }  // namespace gradus
