@@ -13,6 +13,7 @@
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/patch_files.hpp"
 #include "gradus/mesh/diagnose.hpp"
+#include "gradus/mesh/self_contact.hpp"
 #include "gradus/quality/shape.hpp"
 #include "gradus/surface/t_junctions.hpp"
 #include "json.hpp"
@@ -169,6 +170,16 @@ struct MeshInfo {
     Json json;
 };
 
+std::string text_of(const SelfContacts& contacts) {
+    if (contacts.pairs.empty() && contacts.complete) return "";
+    std::string text = fmt::format("{}{} pairs of triangles that touch or intersect beyond what they share:",
+                                   contacts.complete ? "" : "at least ", grouped(contacts.pairs.count));
+    constexpr std::size_t kNamed = 5;
+    for (std::size_t i = 0; i < std::min(kNamed, contacts.pairs.first.size()); ++i)
+        text += fmt::format(" {}-{}", contacts.pairs.first[i][0], contacts.pairs.first[i][1]);
+    return text + (contacts.pairs.count > kNamed ? " ...\n" : "\n");
+}
+
 MeshInfo describe(const std::string& name, const TriangleSoup& soup) {
     const Diagnosis diagnosis = diagnose(soup);
     Extent extent;
@@ -190,7 +201,9 @@ MeshInfo describe(const std::string& name, const TriangleSoup& soup) {
     if (lengths.count > 0)
         text += fmt::format("edges from {:.4g} to {:.4g}, median {:.4g}; area-length worst {:.3f}, mean {:.3f}\n", lengths.min, lengths.max,
                             lengths.median, shape.area_length.min, shape.area_length.mean);
-    if (is_clean_manifold(diagnosis)) text += faults({});
+    const SelfContacts contacts = find_self_contacts(soup);
+    text += text_of(contacts);
+    if (is_clean_manifold(diagnosis) && contacts.pairs.empty()) text += faults({});
     else if (is_manifold(diagnosis)) text += "usable: an oriented manifold\n";
     else text += "NOT usable as it is: not an oriented manifold\n";
     return {text,
@@ -217,7 +230,8 @@ MeshInfo describe(const std::string& name, const TriangleSoup& soup) {
              {"extent", extent.json()},
              {"edge_length", {{"min", lengths.min}, {"median", lengths.median}, {"max", lengths.max}}},
              {"area_length", {{"min", shape.area_length.min}, {"mean", shape.area_length.mean}}},
-             {"manifold", is_manifold(diagnosis)},
+             {"self_contacts", {{"count", contacts.pairs.count}, {"complete", contacts.complete}, {"first", contacts.pairs.first}}},
+            {"manifold", is_manifold(diagnosis)},
              {"sound", is_clean_manifold(diagnosis)}}};
 }
 
