@@ -170,7 +170,7 @@ struct MeshInfo {
     Json json;
 };
 
-std::string text_of(const SelfContacts& contacts) {
+std::string describe(const SelfContacts& contacts) {
     if (contacts.pairs.empty() && contacts.complete) return "";
     std::string text = fmt::format("{}{} pairs of triangles that touch or intersect beyond what they share:",
                                    contacts.complete ? "" : "at least ", grouped(contacts.pairs.count));
@@ -202,7 +202,7 @@ MeshInfo describe(const std::string& name, const TriangleSoup& soup) {
         text += fmt::format("edges from {:.4g} to {:.4g}, median {:.4g}; area-length worst {:.3f}, mean {:.3f}\n", lengths.min, lengths.max,
                             lengths.median, shape.area_length.min, shape.area_length.mean);
     const SelfContacts contacts = find_self_contacts(soup);
-    text += text_of(contacts);
+    text += describe(contacts);
     if (is_clean_manifold(diagnosis) && contacts.pairs.empty()) text += faults({});
     else if (is_manifold(diagnosis)) text += "usable: an oriented manifold\n";
     else text += "NOT usable as it is: not an oriented manifold\n";
