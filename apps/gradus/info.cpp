@@ -172,8 +172,9 @@ struct MeshInfo {
 
 std::string describe(const SelfContacts& contacts) {
     if (contacts.pairs.empty() && contacts.complete) return "";
-    std::string text = fmt::format("{}{} pairs of triangles that touch or intersect beyond what they share:",
-                                   contacts.complete ? "" : "at least ", grouped(contacts.pairs.count));
+    std::string text =
+        fmt::format("{}{} pairs of triangles that touch or intersect beyond what they share:", contacts.complete ? "" : "at least ",
+                    grouped(contacts.pairs.count));
     constexpr std::size_t kNamed = 5;
     for (std::size_t i = 0; i < std::min(kNamed, contacts.pairs.first.size()); ++i)
         text += fmt::format(" {}-{}", contacts.pairs.first[i][0], contacts.pairs.first[i][1]);
@@ -231,7 +232,7 @@ MeshInfo describe(const std::string& name, const TriangleSoup& soup) {
              {"edge_length", {{"min", lengths.min}, {"median", lengths.median}, {"max", lengths.max}}},
              {"area_length", {{"min", shape.area_length.min}, {"mean", shape.area_length.mean}}},
              {"self_contacts", {{"count", contacts.pairs.count}, {"complete", contacts.complete}, {"first", contacts.pairs.first}}},
-            {"manifold", is_manifold(diagnosis)},
+             {"manifold", is_manifold(diagnosis)},
              {"sound", is_clean_manifold(diagnosis)}}};
 }
 

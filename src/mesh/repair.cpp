@@ -154,11 +154,11 @@ class FlatResolver {
         const auto& [a, b, c] = pieces_[i].places;
         return pieces_[i].alive && gradus::is_flat(points_[a], points_[b], points_[c]);
     }
+    std::tuple<double, double, double> coordinates(int place) const { return {points_[place].x(), points_[place].y(), points_[place].z()}; }
     /// Sides by length; ties by the coordinates of the ends, not by their numbers.
     auto side_key(int i, int k) const {
-        const auto key = [&](int place) { return std::tuple(points_[place].x(), points_[place].y(), points_[place].z()); };
         const int a = pieces_[i].places[k], b = pieces_[i].places[(k + 1) % 3];
-        return std::tuple((unit_[a] - unit_[b]).norm(), std::min(key(a), key(b)), std::max(key(a), key(b)));
+        return std::tuple((unit_[a] - unit_[b]).norm(), std::min(coordinates(a), coordinates(b)), std::max(coordinates(a), coordinates(b)));
     }
     int shortest_side(int i) const {
         return std::min({0, 1, 2}, [&](int k, int m) { return side_key(i, k) < side_key(i, m); });
@@ -195,8 +195,7 @@ class FlatResolver {
     void lose_side(int i, int k) {
         items_.push_back({pieces_[i].source});
         int kept = pieces_[i].places[k], gone = pieces_[i].places[(k + 1) % 3];
-        const auto key = [&](int place) { return std::tuple(points_[place].x(), points_[place].y(), points_[place].z()); };
-        if (key(gone) < key(kept)) std::swap(kept, gone);
+        if (coordinates(gone) < coordinates(kept)) std::swap(kept, gone);
         merged_[gone] = kept;
         for (const int other : std::exchange(around_[gone], {})) {
             Piece& piece = pieces_[other];
@@ -243,7 +242,10 @@ class FlatResolver {
         }
         Piece second = pieces_[i];
         Piece& first = pieces_[i];
-        first.places[(k + 1) % 3] = middle, first.vertices[(k + 1) % 3] = vertex;
+        // The first keeps the end with the smaller coordinates, whichever way the triangle runs.
+        std::size_t m = (k + 1) % 3;
+        if (coordinates(first.places[m]) < coordinates(first.places[k])) std::swap(k, m);
+        first.places[m] = middle, first.vertices[m] = vertex;
         second.places[k] = middle, second.vertices[k] = vertex;
         pieces_.push_back(second);
         const int added = static_cast<int>(pieces_.size()) - 1;
@@ -387,7 +389,8 @@ class Followers {
             for (const Edge& image : edge_images(edge, 0)) {
                 found = true;
                 // Two that were welded are one.
-                if (first_edge.emplace(sorted(image[0], image[1]), edge).first->second == edge) to.edges.push_back(image);
+                const Edge source = sorted(edge[0], edge[1]);
+                if (first_edge.emplace(sorted(image[0], image[1]), source).first->second == source) to.edges.push_back(image);
             }
             if (!found) log_.add(RepairKind::LostFeatures, {edge[0], edge[1]});
         }

@@ -117,7 +117,7 @@ TEST_CASE("a sound soup comes back bit by bit, with nothing done", "[mesh][repai
     TriangleSoup soup = grid(6);
     soup.points[0].x() = -0.0;
     soup.labels.assign(soup.triangles.size(), 3);
-    soup.edges = {{0, 1}, {2, 1}, {0, 1}};
+    soup.edges = {{0, 1}, {2, 1}, {0, 1}, {1, 0}};
     soup.corners = {6, 0, 6};
     soup.parameters = {{5, {1, {0.25, 0.5}}}, {5, {2, {0, 1}}}, {5, {2, {0, 1}}}};
     const Repaired same_again = repair(soup);

@@ -143,11 +143,11 @@ TEST_CASE("each kind of contact is found", "[mesh][contact][exact]") {
         return contacts(result);
     };
     const Pairs found{{0, 1}};
-    CHECK(with({{1, 1, -1}, {1, 1, 1}, {9, 9, 0}}, {3, 4, 5}) == found);      // through
-    CHECK(with({{1, 1, 0}, {1, 1, 1}, {1, 2, 1}}, {3, 4, 5}) == found);       // a corner on it
-    CHECK(with({{1, 1, 1e-60}, {1, 1, 1}, {1, 2, 1}}, {3, 4, 5}).empty());    // above
-    CHECK(with({{.5, .5, 0}, {1, .5, 0}, {.5, 1, 0}}, {3, 4, 5}) == found);   // inside, in the plane
-    CHECK(with({{2, 2, 0}, {4, 4, 0}, {2, 4, 0}}, {3, 4, 5}) == found);       // touching, in the plane
+    CHECK(with({{1, 1, -1}, {1, 1, 1}, {9, 9, 0}}, {3, 4, 5}) == found);     // through
+    CHECK(with({{1, 1, 0}, {1, 1, 1}, {1, 2, 1}}, {3, 4, 5}) == found);      // a corner on it
+    CHECK(with({{1, 1, 1e-60}, {1, 1, 1}, {1, 2, 1}}, {3, 4, 5}).empty());   // above
+    CHECK(with({{.5, .5, 0}, {1, .5, 0}, {.5, 1, 0}}, {3, 4, 5}) == found);  // inside, in the plane
+    CHECK(with({{2, 2, 0}, {4, 4, 0}, {2, 4, 0}}, {3, 4, 5}) == found);      // touching, in the plane
     CHECK(with({{3, 3, 0}, {4, 4, 0}, {3, 4, 0}}, {3, 4, 5}).empty());
     CHECK(with({{4, 4, 0}}, {2, 1, 3}).empty());   // beyond a common edge
     CHECK(with({{1, 1, 0}}, {2, 1, 3}) == found);  // folded onto
