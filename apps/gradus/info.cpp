@@ -243,7 +243,7 @@ int info_of_mesh(const Options& options) {
     options.session.say(info.text);
     if (options.repair) {
         const Repaired repaired = repair(soup, {.weld_tolerance = options.weld});
-        const MeshInfo after = describe("repaired", repaired.soup);
+        const MeshInfo after = repaired.steps.empty() ? info : describe("repaired", repaired.soup);
         options.session.say(text_of(options.file, repaired) + (repaired.steps.empty() ? "" : after.text));
         info.json["repair"] = {{"steps", json_of(repaired.steps)}, {"result", after.json}};
         if (!options.out.empty()) {
