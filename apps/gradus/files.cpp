@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <sstream>
+#include <utility>
 
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/patch_files.hpp"
 #include "gradus/io/size_view.hpp"
 #include "gradus/mesh/diagnose.hpp"
-#include "session.hpp"
 
 namespace gradus::app {
 
@@ -113,6 +114,26 @@ PatchModel load_model(const std::string& path) {
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());
     }
+}
+
+TriangleSoup load_soup(const std::string& path, bool repair, const Session& session) {
+    TriangleSoup soup = read_mesh(path);
+    if (repair) {
+        Repaired repaired = gradus::repair(soup);
+        session.say(text_of(path, repaired));
+        return std::move(repaired.soup);
+    }
+    if (const std::string reasons = why_not_manifold(diagnose(soup)); !reasons.empty())
+        throw Failure(path + ": not an oriented manifold: " + reasons + "; try --repair");
+    return soup;
+}
+
+std::string text_of(const std::string& path, const Repaired& repaired) {
+    if (repaired.steps.empty()) return path + ": nothing to repair\n";
+    std::istringstream lines(summary(repaired.steps));
+    std::string text = path + " repaired:\n";
+    for (std::string line; std::getline(lines, line);) text += "  " + line + "\n";
+    return text;
 }
 
 TriMesh manifold_of(const std::string& path, const TriangleSoup& soup) {

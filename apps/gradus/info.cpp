@@ -13,6 +13,7 @@
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/patch_files.hpp"
 #include "gradus/mesh/diagnose.hpp"
+#include "gradus/mesh/self_contact.hpp"
 #include "gradus/quality/shape.hpp"
 #include "gradus/surface/t_junctions.hpp"
 #include "json.hpp"
@@ -25,6 +26,9 @@ namespace {
 struct Options {
     Session session;
     std::string file;
+    bool repair = false;
+    double weld = 0;
+    std::string out;
 };
 
 struct Extent {
@@ -160,13 +164,29 @@ int info_of_patches(const Options& options) {
 
 // --- meshes ---
 
-int info_of_mesh(const Options& options) {
-    const TriangleSoup soup = read_mesh(options.file);
+/// What is in a mesh, for people and for machines.
+struct MeshInfo {
+    std::string text;
+    Json json;
+};
+
+std::string describe(const SelfContacts& contacts) {
+    if (contacts.pairs.empty() && contacts.complete) return "";
+    std::string text =
+        fmt::format("{}{} pairs of triangles that touch or intersect beyond what they share:", contacts.complete ? "" : "at least ",
+                    grouped(contacts.pairs.count));
+    constexpr std::size_t kNamed = 5;
+    for (std::size_t i = 0; i < std::min(kNamed, contacts.pairs.first.size()); ++i)
+        text += fmt::format(" {}-{}", contacts.pairs.first[i][0], contacts.pairs.first[i][1]);
+    return text + (contacts.pairs.count > kNamed ? " ...\n" : "\n");
+}
+
+MeshInfo describe(const std::string& name, const TriangleSoup& soup) {
     const Diagnosis diagnosis = diagnose(soup);
     Extent extent;
     for (const Eigen::Vector3d& p : soup.points) extent.add(p);
     const std::set<int> labels(soup.labels.begin(), soup.labels.end());
-    std::string text = options.file + ": triangle mesh\n" + summary(diagnosis);
+    std::string text = name + ": triangle mesh\n" + summary(diagnosis);
     if (!soup.points.empty()) text += "extent: " + extent.text() + "\n";
     std::vector<std::string> extras;
     if (!labels.empty()) extras.push_back(fmt::format("{} labels", labels.size()));
@@ -182,35 +202,56 @@ int info_of_mesh(const Options& options) {
     if (lengths.count > 0)
         text += fmt::format("edges from {:.4g} to {:.4g}, median {:.4g}; area-length worst {:.3f}, mean {:.3f}\n", lengths.min, lengths.max,
                             lengths.median, shape.area_length.min, shape.area_length.mean);
-    if (is_clean_manifold(diagnosis)) text += faults({});
+    const SelfContacts contacts = find_self_contacts(soup);
+    text += describe(contacts);
+    if (is_clean_manifold(diagnosis) && contacts.pairs.empty()) text += faults({});
     else if (is_manifold(diagnosis)) text += "usable: an oriented manifold\n";
     else text += "NOT usable as it is: not an oriented manifold\n";
-    options.session.say(text);
-    print(options.session, {{"kind", "mesh"},
-                            {"vertices", diagnosis.num_points},
-                            {"edges", diagnosis.num_edges},
-                            {"triangles", diagnosis.num_triangles},
-                            {"components", diagnosis.components},
-                            {"euler", diagnosis.euler_characteristic},
-                            {"closed", diagnosis.closed},
-                            {"boundary_loops", diagnosis.boundary_loops},
-                            {"boundary_edges", diagnosis.boundary_edges},
-                            {"repeated_index", diagnosis.repeated_index.count},
-                            {"zero_area", diagnosis.zero_area.count},
-                            {"duplicate_triangles", diagnosis.duplicate_triangles.count},
-                            {"duplicate_vertices", diagnosis.duplicate_vertices.count},
-                            {"unused_vertices", diagnosis.unused_vertices.count},
-                            {"nonmanifold_edges", diagnosis.non_manifold_edges.count},
-                            {"inconsistent_edges", diagnosis.inconsistent_edges.count},
-                            {"nonmanifold_vertices", diagnosis.non_manifold_vertices.count},
-                            {"labels", labels.size()},
-                            {"parameters", soup.parameters.size()},
-                            {"feature_edges", soup.edges.size()},
-                            {"extent", extent.json()},
-                            {"edge_length", {{"min", lengths.min}, {"median", lengths.median}, {"max", lengths.max}}},
-                            {"area_length", {{"min", shape.area_length.min}, {"mean", shape.area_length.mean}}},
-                            {"manifold", is_manifold(diagnosis)},
-                            {"sound", is_clean_manifold(diagnosis)}});
+    return {text,
+            {{"kind", "mesh"},
+             {"vertices", diagnosis.num_points},
+             {"edges", diagnosis.num_edges},
+             {"triangles", diagnosis.num_triangles},
+             {"components", diagnosis.components},
+             {"euler", diagnosis.euler_characteristic},
+             {"closed", diagnosis.closed},
+             {"boundary_loops", diagnosis.boundary_loops},
+             {"boundary_edges", diagnosis.boundary_edges},
+             {"repeated_index", diagnosis.repeated_index.count},
+             {"zero_area", diagnosis.zero_area.count},
+             {"duplicate_triangles", diagnosis.duplicate_triangles.count},
+             {"duplicate_vertices", diagnosis.duplicate_vertices.count},
+             {"unused_vertices", diagnosis.unused_vertices.count},
+             {"nonmanifold_edges", diagnosis.non_manifold_edges.count},
+             {"inconsistent_edges", diagnosis.inconsistent_edges.count},
+             {"nonmanifold_vertices", diagnosis.non_manifold_vertices.count},
+             {"labels", labels.size()},
+             {"parameters", soup.parameters.size()},
+             {"feature_edges", soup.edges.size()},
+             {"extent", extent.json()},
+             {"edge_length", {{"min", lengths.min}, {"median", lengths.median}, {"max", lengths.max}}},
+             {"area_length", {{"min", shape.area_length.min}, {"mean", shape.area_length.mean}}},
+             {"self_contacts", {{"count", contacts.pairs.count}, {"complete", contacts.complete}, {"first", contacts.pairs.first}}},
+             {"manifold", is_manifold(diagnosis)},
+             {"sound", is_clean_manifold(diagnosis)}}};
+}
+
+int info_of_mesh(const Options& options) {
+    if (!options.out.empty()) check_output(options.out, {FileKind::Mesh});
+    const TriangleSoup soup = read_mesh(options.file);
+    MeshInfo info = describe(options.file, soup);
+    options.session.say(info.text);
+    if (options.repair) {
+        const Repaired repaired = repair(soup, {.weld_tolerance = options.weld});
+        const MeshInfo after = repaired.steps.empty() ? info : describe("repaired", repaired.soup);
+        options.session.say(text_of(options.file, repaired) + (repaired.steps.empty() ? "" : after.text));
+        info.json["repair"] = {{"steps", json_of(repaired.steps)}, {"result", after.json}};
+        if (!options.out.empty()) {
+            write_mesh(options.out, repaired.soup);
+            options.session.say("wrote " + options.out + "\n");
+        }
+    }
+    print(options.session, info.json);
     return kMet;
 }
 
@@ -231,6 +272,11 @@ int info_of_sizes(const Options& options) {
 }
 
 int run_info(const Options& options) {
+    if (options.repair && kind_of(options.file) != FileKind::Mesh)
+        throw UsageError("--repair is for triangle meshes, not for " + options.file);
+    if (!options.repair && (!options.out.empty() || options.weld != 0))
+        throw UsageError(std::string(options.out.empty() ? "--weld" : "--output") + " is for what is repaired; give --repair too");
+    if (!(options.weld >= 0 && options.weld <= 0.1)) throw UsageError(fmt::format("--weld {}: must be from 0 to 0.1", options.weld));
     switch (kind_of(options.file)) {
         case FileKind::Patches:
             return info_of_patches(options);
@@ -254,6 +300,10 @@ void add_info(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("info", "What is in a file, and what is wrong with it");
     const auto options = std::make_shared<Options>();
     command.add_option("FILE", options->file, "Bezier patches, a triangle mesh or a size map")->required();
+    command.add_flag("--repair", options->repair, "Make an oriented manifold of a triangle mesh, and say what changes");
+    command.add_option("--weld", options->weld, "With --repair: weld vertices this close, as a fraction of the diagonal")
+        ->capture_default_str();
+    command.add_option("-o,--output", options->out, "With --repair: the mesh to write")->type_name("OUT");
     add_session(command, options->session);
     run_with(command, run, options, run_info);
 }

@@ -71,6 +71,13 @@ Json json_of(const std::vector<StageTime>& stages) {
     return json;
 }
 
+Json json_of(const std::vector<RepairStep>& steps) {
+    Json json = Json::array();
+    for (const RepairStep& step : steps)
+        json.push_back({{"kind", name_of(step.kind)}, {"count", step.items.count}, {"first", step.items.first}});
+    return json;
+}
+
 void print(const Session& session, const Json& json) {
     if (session.json && !session.quiet) std::printf("%s\n", json.dump(2).c_str());
 }

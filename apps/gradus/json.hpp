@@ -5,6 +5,7 @@
 
 #include "gradus/control/sizing.hpp"
 #include "gradus/gradation/grade.hpp"
+#include "gradus/mesh/repair.hpp"
 #include "gradus/quality/report.hpp"
 #include "session.hpp"
 
@@ -17,6 +18,7 @@ Json json_of(const GradationReport& report);
 Json json_of(const GradationOptions& options, const GradationResult& result);
 Json json_of(const MeshReport& report);
 Json json_of(const std::vector<StageTime>& stages);
+Json json_of(const std::vector<RepairStep>& steps);
 
 /// Prints an object with --json.
 void print(const Session& session, const Json& json);

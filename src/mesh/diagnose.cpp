@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <stdexcept>
 #include <tuple>
 
 #include "disjoint_sets.hpp"
+#include "flat.hpp"
 
 namespace gradus {
 namespace {
@@ -52,23 +52,6 @@ void find_duplicate_vertices(const TriangleSoup& soup, Diagnosis& d) {
     }
     std::sort(copies.begin(), copies.end());
     for (const auto& copy : copies) d.duplicate_vertices.add(copy);
-}
-
-/// Whether the corners are on a line: the height over the longest side is below what rounding of the coordinates makes of it.
-bool is_flat(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-    // A product of a few rounded coordinates.
-    constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
-    const double largest = std::max({a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff(), c.cwiseAbs().maxCoeff()});
-    if (largest == 0) return true;
-    // A power of two scales without rounding and keeps the squares in range.
-    int exponent = 0;
-    std::frexp(largest, &exponent);
-    const auto scaled = [&](const Eigen::Vector3d& p) {
-        return Eigen::Vector3d(std::ldexp(p[0], -exponent), std::ldexp(p[1], -exponent), std::ldexp(p[2], -exponent));
-    };
-    const Eigen::Vector3d p = scaled(a), u = scaled(b) - p, v = scaled(c) - p, w = v - u;
-    const double longest = std::sqrt(std::max({u.squaredNorm(), v.squaredNorm(), w.squaredNorm()}));
-    return u.cross(v).norm() <= kRounding * longest;
 }
 
 /// Sorts the triangles into faulty and sound ones.
@@ -280,13 +263,18 @@ std::string summary(const Diagnosis& d) {
     return text;
 }
 
-TriMesh to_mesh(const TriangleSoup& soup) {
-    const std::vector<std::string> reasons = obstacles(diagnose(soup));
-    if (reasons.empty()) return make_mesh(soup.points, soup.triangles);
+std::string why_not_manifold(const Diagnosis& diagnosis) {
+    const std::vector<std::string> reasons = obstacles(diagnosis);
     constexpr std::size_t kReasons = 3;
-    std::string text = "to_mesh: not an oriented manifold: ";
+    std::string text;
     for (std::size_t i = 0; i < std::min(kReasons, reasons.size()); ++i) text.append(i > 0 ? "; " : "").append(reasons[i]);
-    throw std::invalid_argument(text);
+    return text;
+}
+
+TriMesh to_mesh(const TriangleSoup& soup) {
+    const std::string reasons = why_not_manifold(diagnose(soup));
+    if (!reasons.empty()) throw std::invalid_argument("to_mesh: not an oriented manifold: " + reasons);
+    return make_mesh(soup.points, soup.triangles);
 }
 
 }  // namespace gradus

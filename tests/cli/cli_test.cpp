@@ -348,3 +348,38 @@ TEST_CASE("teapot leaves everything it promises", "[cli]") {
     const std::size_t vertices = gradus::read_mesh(folder / "made/here/background.mesh").points.size();
     CHECK(gradus::read_sizes(folder / "made/here/graded.sol").size() == vertices);
 }
+
+TEST_CASE("info finds what is wrong with a mesh, and repairs it", "[cli]") {
+    const TemporaryFolder folder;
+    // A tetrahedron with a triangle turned round, another one twice, and a corner given twice; a triangle passes through it.
+    spill(folder / "bad.obj",
+          "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 1\nv .1 .1 -1\nv .1 .1 2\nv 3 3 3\n"
+          "f 1 3 2\nf 1 4 2\nf 2 3 5\nf 1 4 3\nf 3 1 4\nf 6 7 8\n");
+    const Outcome plain = run(folder, "info bad.obj");
+    CHECK(plain.code == 0);
+    CHECK_THAT(plain.out, Catch::Contains("NOT usable as it is") && Catch::Contains("pairs of triangles that touch or intersect"));
+
+    const Outcome outcome = run(folder, "info bad.obj --repair -o good.obj");
+    CAPTURE(outcome.out, outcome.err);
+    CHECK(outcome.code == 0);
+    CHECK_THAT(outcome.out, Catch::Contains("1 triangles turned round: 1") && Catch::Contains("1 vertices welded (kept-gone): 3-4") &&
+                                Catch::Contains("1 triangles that repeat another one dropped (kept-gone): 3-4"));
+    const gradus::Diagnosis good = gradus::diagnose(gradus::read_mesh(folder / "good.obj"));
+    CHECK(gradus::is_clean_manifold(good));
+    CHECK(good.components == 2);
+
+    const json said = json::parse(run(folder, "info bad.obj --repair --json").out);
+    CHECK(said["manifold"] == false);
+    CHECK(said["repair"]["steps"].size() == 3);
+    CHECK(said["repair"]["result"]["manifold"] == true);
+    CHECK(said["repair"]["result"]["triangles"] == 5);
+    CHECK(said["repair"]["result"]["self_contacts"]["count"].get<int>() >= 2);
+    CHECK(said["repair"]["result"]["self_contacts"]["first"][0].size() == 2);
+
+    const Outcome again = run(folder, "info good.obj --repair");
+    CHECK_THAT(again.out, Catch::Contains("nothing to repair"));
+    check_failure(run(folder, "info bad.obj -o good.obj"), 2, "give --repair too");
+    check_failure(run(folder, "info bad.obj --repair --weld 2"), 2, "--weld 2: must be from 0 to 0.1");
+    check_failure(run(folder, "info bad.obj --repair -o nowhere/x.obj"), 1, "there is no folder nowhere");
+    check_failure(run(folder, "info none.bpt --repair"), 2, "--repair is for triangle meshes");
+}

@@ -64,6 +64,9 @@ bool is_clean_manifold(const Diagnosis& diagnosis);
 /// A few lines for people: size and topology, then a line for each kind of fault with its count and the first few cases.
 std::string summary(const Diagnosis& diagnosis);
 
+/// The first faults that keep a soup from being is_manifold(), on one line; empty if it is.
+std::string why_not_manifold(const Diagnosis& diagnosis);
+
 /// The mesh of a soup, with the same vertex and face indices.
 /// @throws std::invalid_argument with the first reasons if the soup is not is_manifold()
 TriMesh to_mesh(const TriangleSoup& soup);

@@ -1,0 +1,77 @@
+/// Makes an oriented manifold of a soup, as far as that takes no guessing, and says what it did.
+///
+/// In this order:
+///  1. Triangles with a vertex that is none, or with a coordinate that is not finite, are dropped.
+///  2. Vertices at the same place are taken for one, with a tolerance those close to each other: in the order of their indices,
+///     each joins the closest of those before it that stay, if that is within the tolerance, and stays itself otherwise. So
+///     a vertex moves by the tolerance at most, onto one that did not move: dense regions thin out but do not run together.
+///  3. Triangles that have a vertex twice, then, are dropped: their other two sides have become one. So are copies of a triangle, in any
+///     orientation.
+///  4. Flat triangles (Diagnosis::zero_area) are resolved, longest first, and tight where it was tight: the middle corner splits the
+///     triangles across the long side, so that these meet the short sides directly, and the flat triangle is dropped. One
+///     with a side as short as the rounding of its ends loses that side instead. If this comes to no end, all are left as they are.
+///  5. Sides of two triangles at one edge are joined, and the pieces oriented alike: the smaller part of each is turned, and
+///     what is closed then has its outside outside. Pieces that agree in themselves stay as they are, cavities among them.
+///     Where a piece has one side only (Moebius strip), it is cut along the edges that cannot agree.
+///  6. Edges of three triangles and more come apart into sheets. What the input joins in pairs stays joined. Where solids touch (the
+///     triangles around the edge face each other in turn), each keeps its own; else the two that continue each other
+///     straightest are joined, again and again, until those are oriented differently; the others are cut off.
+///  7. Surfaces that touch in a vertex only come apart.
+///  8. Vertices in no triangle are dropped.
+/// So vertices at one place, joined in 2, stay or become several where sheets or fans of triangles pass each other.
+///
+/// What remains keeps its order, points their bits where nothing was welded; vertices added by cuts come last. Labels, feature edges,
+/// corners and parameters follow.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gradus/mesh/diagnose.hpp"
+
+namespace gradus {
+
+struct RepairOptions {
+    /// Distance within which vertices are one, as a fraction of the diagonal of the bounding box of the triangles, in [0, 0.1].
+    double weld_tolerance = 0;
+};
+
+enum class RepairKind {
+    OutOfRange,           ///< triangle
+    BadNumbers,           ///< triangle
+    WeldedVertices,       ///< vertex, vertex that joined it
+    RepeatedIndex,        ///< triangle
+    FlatTriangles,        ///< triangle, then the triangles split for it
+    DuplicateTriangles,   ///< triangle, its copy
+    TurnedTriangles,      ///< triangle
+    OneSidedEdges,        ///< vertex, vertex: cut, as no orientation agrees across it
+    NonManifoldEdges,     ///< vertex, vertex: come apart into sheets
+    NonManifoldVertices,  ///< vertex: come apart, and on none of these edges
+    UnusedVertices,       ///< vertex
+    LostFeatures          ///< vertices of a feature edge, corner or entry of parameters that has no place in the result
+};
+
+/// What was done of one kind. An item is a few indices of the input.
+struct RepairStep {
+    RepairKind kind;
+    Findings<std::vector<int>> items;
+};
+
+struct Repaired {
+    TriangleSoup soup;              ///< is_manifold()
+    std::vector<RepairStep> steps;  ///< in the order of RepairKind; none: the soup is the input, bit by bit
+};
+
+/// A sound soup (is_clean_manifold) comes back as it is unless a tolerance welds; so does every result.
+/// O(n log n), by sorting and a grid.
+/// @throws std::invalid_argument for a tolerance outside [0, 0.1], or labels that are not one per triangle
+Repaired repair(const TriangleSoup& soup, const RepairOptions& options = {});
+
+/// "welded_vertices"
+std::string_view name_of(RepairKind kind);
+
+/// A line for each step, with its count and the first few cases. Empty if there are none.
+std::string summary(const std::vector<RepairStep>& steps);
+
+}  // namespace gradus

@@ -1,0 +1,590 @@
+#include "gradus/mesh/repair.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <queue>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "flat.hpp"
+#include "places.hpp"
+#include "sheets.hpp"
+
+namespace gradus {
+namespace {
+
+using Edge = std::array<int, 2>;
+
+constexpr int kNone = -1;
+
+/// A triangle on its way from the input to the result.
+struct Piece {
+    Triangle places;    ///< of its corners: the first vertex of each place
+    Triangle vertices;  ///< of the input
+    int source;         ///< triangle of the input
+    bool alive = true;
+
+    bool has_repeated_place() const { return places[0] == places[1] || places[1] == places[2] || places[2] == places[0]; }
+};
+
+/// Collects what was done, by kind.
+class Log {
+  public:
+    void add(RepairKind kind, std::vector<int> item) { steps_[kind].add(std::move(item)); }
+    std::vector<RepairStep> steps() const {
+        std::vector<RepairStep> result;
+        for (const auto& [kind, items] : steps_) result.push_back({kind, items});
+        return result;
+    }
+
+  private:
+    std::map<RepairKind, Findings<std::vector<int>>> steps_;
+};
+
+/// The same for all triangles of these places.
+Triangle key_of(const Piece& piece) {
+    Triangle key = piece.places;
+    std::sort(key.begin(), key.end());
+    return key;
+}
+
+Edge sorted(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
+
+// Triangles --------------------------------------------------------------------------------------------------------------
+
+std::vector<Piece> usable_triangles(const TriangleSoup& soup, Log& log) {
+    const int n = static_cast<int>(soup.points.size());
+    std::vector<Piece> pieces;
+    pieces.reserve(soup.triangles.size());
+    for (int t = 0; t < static_cast<int>(soup.triangles.size()); ++t) {
+        const Triangle& v = soup.triangles[t];
+        if (std::any_of(v.begin(), v.end(), [&](int i) { return i < 0 || i >= n; })) log.add(RepairKind::OutOfRange, {t});
+        else if (!std::all_of(v.begin(), v.end(), [&](int i) { return soup.points[i].allFinite(); })) log.add(RepairKind::BadNumbers, {t});
+        else pieces.push_back({v, v, t});
+    }
+    return pieces;
+}
+
+std::vector<char> used_vertices(const std::vector<Piece>& pieces, std::size_t num_points) {
+    std::vector<char> used(num_points, 0);
+    for (const Piece& piece : pieces)
+        for (const int v : piece.vertices) used[v] = 1;
+    return used;
+}
+
+void drop_repeated(std::vector<Piece>& pieces, Log& log) {
+    std::erase_if(pieces, [&](const Piece& piece) {
+        if (piece.has_repeated_place()) log.add(RepairKind::RepeatedIndex, {piece.source});
+        return piece.has_repeated_place();
+    });
+}
+
+void drop_copies(std::vector<Piece>& pieces, Log& log) {
+    std::vector<std::pair<Triangle, int>> keys;
+    keys.reserve(pieces.size());
+    for (int i = 0; i < static_cast<int>(pieces.size()); ++i) keys.emplace_back(key_of(pieces[i]), i);
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::vector<int>> copies;
+    for (std::size_t first = 0, k = 1; k < keys.size(); ++k) {
+        if (keys[k].first != keys[first].first) {
+            first = k;
+            continue;
+        }
+        pieces[keys[k].second].alive = false;
+        copies.push_back({pieces[keys[first].second].source, pieces[keys[k].second].source});
+    }
+    std::sort(copies.begin(), copies.end());
+    for (auto& copy : copies) log.add(RepairKind::DuplicateTriangles, std::move(copy));
+    std::erase_if(pieces, [](const Piece& piece) { return !piece.alive; });
+}
+
+// Flat triangles ---------------------------------------------------------------------------------------------------------
+
+/// Step 4. Longest sides go first: what comes of them is shorter.
+class FlatResolver {
+  public:
+    /// @param points  of the places, as given
+    /// @param unit    the same in [-1, 1]
+    FlatResolver(const Points& points, const Points& unit, std::vector<Piece> pieces)
+        : points_(points), unit_(unit), pieces_(std::move(pieces)), merged_(points.size()) {
+        std::iota(merged_.begin(), merged_.end(), 0);
+    }
+
+    /// @returns whether it came to an end, with no flat triangle left
+    bool resolve() {
+        for (int i = 0; i < static_cast<int>(pieces_.size()); ++i) enqueue(i);
+        if (waiting_.empty()) return true;
+        around_.resize(points_.size());
+        for (int i = 0; i < static_cast<int>(pieces_.size()); ++i) list(i);
+        std::size_t budget = 1000 + 50 * waiting_.size();
+        while (!waiting_.empty()) {
+            const int i = -waiting_.top().second;
+            waiting_.pop();
+            if (!is_flat(i)) continue;
+            if (budget-- == 0) return false;
+            if (const auto side = vanishing_side(i)) lose_side(i, *side);
+            else split_across(i);
+        }
+        return true;
+    }
+
+    std::vector<Piece> take_pieces() {
+        std::erase_if(pieces_, [](const Piece& piece) { return !piece.alive; });
+        std::stable_sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.source < b.source; });
+        return std::move(pieces_);
+    }
+    /// The place that a place has become.
+    int merged(int place) const {
+        while (merged_[place] != place) place = merged_[place];
+        return place;
+    }
+    /// The vertex that now splits an edge, by its places.
+    const std::map<Edge, int>& splits() const { return splits_; }
+    /// A flat triangle and those split for it.
+    const std::vector<std::vector<int>>& items() const { return items_; }
+
+  private:
+    bool is_flat(int i) const {
+        const auto& [a, b, c] = pieces_[i].places;
+        return pieces_[i].alive && gradus::is_flat(points_[a], points_[b], points_[c]);
+    }
+    std::tuple<double, double, double> coordinates(int place) const { return {points_[place].x(), points_[place].y(), points_[place].z()}; }
+    /// Sides by length; ties by the coordinates of the ends, not by their numbers.
+    auto side_key(int i, int k) const {
+        const int a = pieces_[i].places[k], b = pieces_[i].places[(k + 1) % 3];
+        return std::tuple((unit_[a] - unit_[b]).norm(), std::min(coordinates(a), coordinates(b)), std::max(coordinates(a), coordinates(b)));
+    }
+    int shortest_side(int i) const {
+        return std::min({0, 1, 2}, [&](int k, int m) { return side_key(i, k) < side_key(i, m); });
+    }
+    int longest_side(int i) const {
+        return std::max({0, 1, 2}, [&](int k, int m) { return side_key(i, k) < side_key(i, m); });
+    }
+
+    void enqueue(int i) {
+        if (!is_flat(i)) return;
+        // Of copies one does: whatever is across its sides, it vanishes between them.
+        const Triangle key = key_of(pieces_[i]);
+        const auto [known, is_new] = flats_.emplace(key, i);
+        if (!is_new && known->second != i && pieces_[known->second].alive && key_of(pieces_[known->second]) == key) {
+            pieces_[i].alive = false;
+            return;
+        }
+        known->second = i;
+        waiting_.emplace(std::get<0>(side_key(i, longest_side(i))), -i);
+    }
+    void list(int i) {
+        for (const int place : pieces_[i].places) around_[place].push_back(i);
+    }
+
+    /// A side as short as what rounding makes of its ends.
+    std::optional<int> vanishing_side(int i) const {
+        const int k = shortest_side(i);
+        const Triangle& places = pieces_[i].places;
+        const double largest = std::max(unit_[places[k]].cwiseAbs().maxCoeff(), unit_[places[(k + 1) % 3]].cwiseAbs().maxCoeff());
+        if (std::get<0>(side_key(i, k)) > kRoundingOfProducts * largest) return {};
+        return k;
+    }
+
+    void lose_side(int i, int k) {
+        items_.push_back({pieces_[i].source});
+        int kept = pieces_[i].places[k], gone = pieces_[i].places[(k + 1) % 3];
+        if (coordinates(gone) < coordinates(kept)) std::swap(kept, gone);
+        merged_[gone] = kept;
+        for (const int other : std::exchange(around_[gone], {})) {
+            Piece& piece = pieces_[other];
+            if (!piece.alive || std::count(piece.places.begin(), piece.places.end(), gone) == 0) continue;
+            std::replace(piece.places.begin(), piece.places.end(), gone, kept);
+            if (piece.has_repeated_place()) {
+                piece.alive = false;
+                continue;
+            }
+            around_[kept].push_back(other);
+            enqueue(other);
+        }
+    }
+
+    void split_across(int i) {
+        const auto k = static_cast<std::size_t>(longest_side(i));
+        const Triangle places = pieces_[i].places;
+        const int a = places[k], b = places[(k + 1) % 3], middle = places[(k + 2) % 3];
+        const int vertex = pieces_[i].vertices[(k + 2) % 3];
+        pieces_[i].alive = false;
+        splits_.emplace(sorted(a, b), vertex);
+        std::vector<int> item{pieces_[i].source}, others;
+        for (const int other : around_[a]) {
+            const Piece& piece = pieces_[other];
+            const auto has = [&](int place) { return std::count(piece.places.begin(), piece.places.end(), place) > 0; };
+            if (piece.alive && has(a) && has(b)) others.push_back(other);
+        }
+        std::sort(others.begin(), others.end());
+        others.erase(std::unique(others.begin(), others.end()), others.end());
+        for (const int other : others) {
+            item.push_back(pieces_[other].source);
+            split(other, a, b, middle, vertex);
+        }
+        items_.push_back(std::move(item));
+    }
+
+    void split(int i, int a, int b, int middle, int vertex) {
+        std::size_t k = 0;
+        while (sorted(pieces_[i].places[k], pieces_[i].places[(k + 1) % 3]) != sorted(a, b)) ++k;
+        // Its copy: both halves vanish.
+        if (pieces_[i].places[(k + 2) % 3] == middle) {
+            pieces_[i].alive = false;
+            return;
+        }
+        Piece second = pieces_[i];
+        Piece& first = pieces_[i];
+        // The first keeps the end with the smaller coordinates, whichever way the triangle runs.
+        std::size_t m = (k + 1) % 3;
+        if (coordinates(first.places[m]) < coordinates(first.places[k])) std::swap(k, m);
+        first.places[m] = middle, first.vertices[m] = vertex;
+        second.places[k] = middle, second.vertices[k] = vertex;
+        pieces_.push_back(second);
+        const int added = static_cast<int>(pieces_.size()) - 1;
+        around_[middle].push_back(i);
+        list(added);
+        enqueue(i);
+        enqueue(added);
+    }
+
+    const Points& points_;
+    const Points& unit_;
+    std::vector<Piece> pieces_;
+    std::vector<int> merged_;                              // into which place
+    std::vector<std::vector<int>> around_;                 // pieces at a place, with some that left it
+    std::priority_queue<std::pair<double, int>> waiting_;  // longest side
+    std::map<Triangle, int> flats_;                        // the latest piece with these places
+    std::map<Edge, int> splits_;
+    std::vector<std::vector<int>> items_;
+};
+
+// The result -------------------------------------------------------------------------------------------------------------
+
+/// Vertices of the result for the fans of triangles.
+struct Vertices {
+    std::vector<int> of_corner;  ///< per corner 3 piece + k
+    std::vector<int> source;     ///< vertex of the input, per vertex of the result
+    std::vector<char> kept;      ///< per vertex of the input: the first vertices of the result are these, in order
+};
+
+/// Each fan takes the first free one of its vertices, or gets a new one.
+Vertices make_vertices(const std::vector<Piece>& pieces, const std::vector<int>& fan, std::size_t num_points) {
+    std::vector<std::array<int, 2>> members;  // fan, vertex
+    members.reserve(fan.size());
+    for (int corner = 0; corner < static_cast<int>(fan.size()); ++corner)
+        members.push_back({fan[corner], pieces[corner / 3].vertices[corner % 3]});
+    std::sort(members.begin(), members.end());
+
+    Vertices result;
+    result.kept.assign(num_points, 0);
+    std::vector<int> vertex_of_fan(fan.size(), kNone);
+    std::vector<std::array<int, 2>> added;  // fan, vertex
+    for (std::size_t first = 0, last = 0; first < members.size(); first = last) {
+        while (last < members.size() && members[last][0] == members[first][0]) ++last;
+        std::size_t k = first;
+        while (k < last && result.kept[members[k][1]]) ++k;
+        if (k == last) {
+            added.push_back(members[first]);
+            continue;
+        }
+        vertex_of_fan[members[k][0]] = members[k][1];
+        result.kept[members[k][1]] = 1;
+    }
+    std::vector<int> number(num_points, kNone);
+    for (int v = 0; v < static_cast<int>(num_points); ++v) {
+        if (!result.kept[v]) continue;
+        number[v] = static_cast<int>(result.source.size());
+        result.source.push_back(v);
+    }
+    for (int& v : vertex_of_fan)
+        if (v != kNone) v = number[v];
+    for (const auto& [f, v] : added) {
+        vertex_of_fan[f] = static_cast<int>(result.source.size());
+        result.source.push_back(v);
+    }
+    result.of_corner.reserve(fan.size());
+    for (const int f : fan) result.of_corner.push_back(vertex_of_fan[f]);
+    return result;
+}
+
+/// Side 3 piece + k as an edge of the input, its ends in order, and what it is in the result.
+struct Image {
+    Edge input;
+    Edge result;
+    int side;
+};
+
+std::vector<Image> edge_images(const std::vector<Piece>& pieces, const Vertices& vertices) {
+    std::vector<Image> images;
+    images.reserve(3 * pieces.size());
+    for (int i = 0; i < static_cast<int>(pieces.size()); ++i)
+        for (int k = 0; k < 3; ++k) {
+            const int m = (k + 1) % 3;
+            Edge input{pieces[i].vertices[k], pieces[i].vertices[m]}, result{vertices.of_corner[3 * i + k], vertices.of_corner[3 * i + m]};
+            if (input[1] < input[0]) std::swap(input[0], input[1]), std::swap(result[0], result[1]);
+            images.push_back({input, result, 3 * i + k});
+        }
+    std::sort(images.begin(), images.end(),
+              [](const Image& a, const Image& b) { return std::tie(a.input, a.result, a.side) < std::tie(b.input, b.result, b.side); });
+    return images;
+}
+
+/// Edges and vertices of the input that are several now.
+void log_cuts(const std::vector<Piece>& pieces, const Vertices& vertices, const std::vector<Image>& images,
+              const std::vector<char>& crowded, std::size_t num_points, Log& log) {
+    std::vector<char> explained(num_points, 0);
+    for (std::size_t first = 0, last = 0; first < images.size(); first = last) {
+        while (last < images.size() && images[last].input == images[first].input) ++last;
+        if (images[last - 1].result == images[first].result) continue;
+        const Edge& edge = images[first].input;
+        log.add(crowded[images[first].side] ? RepairKind::NonManifoldEdges : RepairKind::OneSidedEdges, {edge[0], edge[1]});
+        for (const int v : edge) explained[v] = 1;
+    }
+    std::vector<int> image(num_points, kNone);
+    std::vector<char> several(num_points, 0);
+    for (int corner = 0; corner < static_cast<int>(vertices.of_corner.size()); ++corner) {
+        const int v = pieces[corner / 3].vertices[corner % 3];
+        if (image[v] == kNone) image[v] = vertices.of_corner[corner];
+        else if (image[v] != vertices.of_corner[corner]) several[v] = 1;
+    }
+    for (int v = 0; v < static_cast<int>(num_points); ++v)
+        if (several[v] && !explained[v]) log.add(RepairKind::NonManifoldVertices, {v});
+}
+
+/// What goes along with the vertices: labels, feature edges, corners, parameters.
+class Followers {
+  public:
+    Followers(const TriangleSoup& from, const std::vector<Piece>& pieces, const std::vector<int>& place, const Vertices& vertices,
+              const std::vector<Image>& images, const std::map<Edge, int>& splits, Log& log)
+        : from_(from),
+          place_(place),
+          images_(images),
+          splits_(splits),
+          log_(log),
+          of_vertex_(from.points.size()),
+          of_place_(from.points.size()) {
+        for (int corner = 0; corner < static_cast<int>(vertices.of_corner.size()); ++corner) {
+            of_vertex_[pieces[corner / 3].vertices[corner % 3]].push_back(vertices.of_corner[corner]);
+            of_place_[pieces[corner / 3].places[corner % 3]].push_back(vertices.of_corner[corner]);
+        }
+        for (auto* lists : {&of_vertex_, &of_place_})
+            for (std::vector<int>& list : *lists) {
+                std::sort(list.begin(), list.end());
+                list.erase(std::unique(list.begin(), list.end()), list.end());
+            }
+    }
+
+    void follow(TriangleSoup& to) {
+        std::map<Edge, Edge> first_edge;
+        for (const Edge& edge : from_.edges) {
+            bool found = false;
+            for (const Edge& image : edge_images(edge, 0)) {
+                found = true;
+                // Two that were welded are one.
+                const Edge source = sorted(edge[0], edge[1]);
+                if (first_edge.emplace(sorted(image[0], image[1]), source).first->second == source) to.edges.push_back(image);
+            }
+            if (!found) log_.add(RepairKind::LostFeatures, {edge[0], edge[1]});
+        }
+        std::map<int, int> first_corner;
+        for (const int v : from_.corners) {
+            for (const int image : images_of(v))
+                if (first_corner.emplace(image, v).first->second == v) to.corners.push_back(image);
+            if (images_of(v).empty()) log_.add(RepairKind::LostFeatures, {v});
+        }
+        for (const TriangleSoup::Parameters& entry : from_.parameters) {
+            for (const int image : images_of(entry.vertex)) to.parameters.push_back({image, entry.at});
+            if (images_of(entry.vertex).empty()) log_.add(RepairKind::LostFeatures, {entry.vertex});
+        }
+    }
+
+  private:
+    const std::vector<int>& images_of(int v) const {
+        static const std::vector<int> none;
+        if (v < 0 || v >= static_cast<int>(of_vertex_.size()) || place_[v] == kNone) return none;
+        return of_vertex_[v].empty() ? of_place_[place_[v]] : of_vertex_[v];
+    }
+
+    /// @param depth  of splits of splits
+    std::vector<Edge> edge_images(const Edge& edge, int depth) const {
+        const auto key = sorted(edge[0], edge[1]);
+        std::vector<Edge> result;
+        auto image = std::lower_bound(images_.begin(), images_.end(), key, [](const Image& a, const Edge& b) { return a.input < b; });
+        for (; image != images_.end() && image->input == key; ++image) {
+            const Edge found = edge[0] == key[0] ? image->result : Edge{image->result[1], image->result[0]};
+            if (result.empty() || result.back() != found) result.push_back(found);
+        }
+        if (!result.empty() || images_of(edge[0]).empty() || images_of(edge[1]).empty()) return result;
+        constexpr int kDeepest = 64;
+        const auto split = splits_.find(sorted(place_[edge[0]], place_[edge[1]]));
+        if (split != splits_.end() && depth < kDeepest) {
+            for (const Edge& half : {Edge{edge[0], split->second}, Edge{split->second, edge[1]}})
+                for (const Edge& part : edge_images(half, depth + 1)) result.push_back(part);
+            return result;
+        }
+        const Edge ends{images_of(edge[0]).front(), images_of(edge[1]).front()};
+        if (ends[0] != ends[1]) result.push_back(ends);
+        return result;
+    }
+
+    const TriangleSoup& from_;
+    const std::vector<int>& place_;
+    const std::vector<Image>& images_;
+    const std::map<Edge, int>& splits_;
+    Log& log_;
+    std::vector<std::vector<int>> of_vertex_, of_place_;  // vertices of the result, per vertex and place of the input
+};
+
+void log_vertices(const TriangleSoup& soup, const std::vector<int>& place, const Vertices& vertices, Log& log) {
+    for (int v = 0; v < static_cast<int>(soup.points.size()); ++v) {
+        if (place[v] == kNone) log.add(RepairKind::UnusedVertices, {v});
+        else if (place[v] == v && !vertices.kept[v]) log.add(RepairKind::UnusedVertices, {v});
+        else if (place[v] != v && (!vertices.kept[v] || soup.points[v] != soup.points[place[v]]))
+            log.add(RepairKind::WeldedVertices, {place[v], v});
+    }
+}
+
+std::string what_was_done(RepairKind kind) {
+    switch (kind) {
+        case RepairKind::OutOfRange:
+            return "triangles with an index out of range dropped";
+        case RepairKind::BadNumbers:
+            return "triangles with a coordinate that is not finite dropped";
+        case RepairKind::WeldedVertices:
+            return "vertices welded (kept-gone)";
+        case RepairKind::RepeatedIndex:
+            return "triangles that have a vertex twice dropped";
+        case RepairKind::FlatTriangles:
+            return "flat triangles resolved (with those split across their long side)";
+        case RepairKind::DuplicateTriangles:
+            return "triangles that repeat another one dropped (kept-gone)";
+        case RepairKind::TurnedTriangles:
+            return "triangles turned round";
+        case RepairKind::OneSidedEdges:
+            return "edges cut where the surface has one side only";
+        case RepairKind::NonManifoldEdges:
+            return "edges of three triangles or more taken apart";
+        case RepairKind::NonManifoldVertices:
+            return "vertices where surfaces touch taken apart";
+        case RepairKind::UnusedVertices:
+            return "vertices in no triangle dropped";
+        case RepairKind::LostFeatures:
+            return "features without a place in the result dropped";
+    }
+    return "";
+}
+
+}  // namespace
+
+Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
+    if (!(options.weld_tolerance >= 0 && options.weld_tolerance <= 0.1))
+        throw std::invalid_argument("repair: weld tolerance " + std::to_string(options.weld_tolerance) + " is not in [0, 0.1]");
+    if (!soup.labels.empty() && soup.labels.size() != soup.triangles.size())
+        throw std::invalid_argument("repair: " + std::to_string(soup.labels.size()) + " labels for " +
+                                    std::to_string(soup.triangles.size()) + " triangles");
+    Log log;
+    std::vector<Piece> pieces = usable_triangles(soup, log);
+    const std::vector<char> used = used_vertices(pieces, soup.points.size());
+    const Points unit = to_unit_box(soup.points, used);
+    std::vector<int> place =
+        options.weld_tolerance > 0 ? close_places(unit, used, options.weld_tolerance) : equal_places(soup.points, used);
+    for (Piece& piece : pieces)
+        for (int& corner : piece.places) corner = place[corner];
+    drop_repeated(pieces, log);
+    drop_copies(pieces, log);
+
+    std::map<Edge, int> splits;
+    if (FlatResolver flats(soup.points, unit, pieces); flats.resolve()) {
+        pieces = flats.take_pieces();
+        splits = flats.splits();
+        for (const auto& item : flats.items()) log.add(RepairKind::FlatTriangles, item);
+        for (int& p : place)
+            if (p != kNone) p = flats.merged(p);
+        drop_copies(pieces, log);
+    }
+
+    std::vector<Triangle> places, corners;
+    for (const Piece& piece : pieces) {
+        places.push_back(piece.places);
+        corners.push_back(piece.vertices);
+    }
+    const Sheets sheets = join_sheets(unit, places, corners);
+    const Vertices vertices = make_vertices(pieces, sheets.fan, soup.points.size());
+    const std::vector<Image> images = edge_images(pieces, vertices);
+    log_cuts(pieces, vertices, images, sheets.crowded, soup.points.size(), log);
+    log_vertices(soup, place, vertices, log);
+
+    Repaired result;
+    for (const int v : vertices.source) {
+        const Eigen::Vector3d &own = soup.points[v], &common = soup.points[place[v]];
+        result.soup.points.push_back(own == common ? own : common);
+    }
+    int last_turned = kNone;
+    for (int i = 0; i < static_cast<int>(pieces.size()); ++i) {
+        Triangle triangle{vertices.of_corner[3 * i], vertices.of_corner[3 * i + 1], vertices.of_corner[3 * i + 2]};
+        if (sheets.turned[i]) {
+            std::swap(triangle[1], triangle[2]);
+            if (std::exchange(last_turned, pieces[i].source) != pieces[i].source) log.add(RepairKind::TurnedTriangles, {pieces[i].source});
+        }
+        result.soup.triangles.push_back(triangle);
+        if (!soup.labels.empty()) result.soup.labels.push_back(soup.labels[pieces[i].source]);
+    }
+    Followers(soup, pieces, place, vertices, images, splits, log).follow(result.soup);
+    result.steps = log.steps();
+    return result;
+}
+
+std::string_view name_of(RepairKind kind) {
+    switch (kind) {
+        case RepairKind::OutOfRange:
+            return "out_of_range";
+        case RepairKind::BadNumbers:
+            return "bad_numbers";
+        case RepairKind::WeldedVertices:
+            return "welded_vertices";
+        case RepairKind::RepeatedIndex:
+            return "repeated_index";
+        case RepairKind::FlatTriangles:
+            return "flat_triangles";
+        case RepairKind::DuplicateTriangles:
+            return "duplicate_triangles";
+        case RepairKind::TurnedTriangles:
+            return "turned_triangles";
+        case RepairKind::OneSidedEdges:
+            return "one_sided_edges";
+        case RepairKind::NonManifoldEdges:
+            return "nonmanifold_edges";
+        case RepairKind::NonManifoldVertices:
+            return "nonmanifold_vertices";
+        case RepairKind::UnusedVertices:
+            return "unused_vertices";
+        case RepairKind::LostFeatures:
+            return "lost_features";
+    }
+    return "";
+}
+
+std::string summary(const std::vector<RepairStep>& steps) {
+    constexpr std::size_t kNamed = 5;
+    std::string text;
+    for (const RepairStep& step : steps) {
+        text += std::to_string(step.items.count) + " " + what_was_done(step.kind) + ":";
+        for (std::size_t i = 0; i < std::min(kNamed, step.items.first.size()); ++i) {
+            std::string item;
+            for (const int index : step.items.first[i]) item.append(item.empty() ? "" : "-").append(std::to_string(index));
+            text += " " + item;
+        }
+        text += step.items.count > kNamed ? " ...\n" : "\n";
+    }
+    return text;
+}
+
+}  // namespace gradus
