@@ -103,8 +103,6 @@ void check_distinct(const std::vector<std::string>& outputs) {
 }
 
 PatchModel load_model(const std::string& path) {
-    if (kind_of(path) == FileKind::Mesh || kind_of(path) == FileKind::ReadMesh)
-        throw Failure(path + ": triangulated input is not supported yet; give Bezier patches (" + extensions_of(FileKind::Patches) + ")");
     if (kind_of(path) != FileKind::Patches)
         throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; surfaces are read from " +
                          extensions_of(FileKind::Patches));

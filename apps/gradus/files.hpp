@@ -22,6 +22,8 @@ enum class FileKind {
 
 /// By extension, in upper or lower case.
 FileKind kind_of(const std::string& path);
+/// A triangle mesh to read.
+inline bool is_mesh(const std::string& path) { return kind_of(path) == FileKind::Mesh || kind_of(path) == FileKind::ReadMesh; }
 /// In lower case, with the dot.
 std::string extension_of(const std::string& path);
 /// "a.bpt" with ".mesh" is "a.mesh".

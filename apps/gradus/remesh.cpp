@@ -30,7 +30,7 @@ struct Options {
     std::string sizes, background, report, pictures;
     SizingOptions sizing;
     GradationChoice gradation;
-    FeatureChoice features;
+    TriangulationChoice surface;
     bool fast = false;
     int max_triangles = 20'000'000;
 };
@@ -127,7 +127,7 @@ Made mesh_patches(const Options& options, const std::optional<GradationOptions>&
 }
 
 Made mesh_triangles(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
-    const auto surface = stages.run("reading", [&] { return std::shared_ptr<const Triangulation>(load_triangulation(options.in, options.features, options.sizing)); });
+    const auto surface = stages.run("reading", [&] { return std::shared_ptr<const Triangulation>(load_triangulation(options.in, options.surface, options.sizing, options.session)); });
     std::vector<double> sizes;
     if (!options.sizes.empty()) {
         if (!options.background.empty()) throw UsageError("--background is for patches; sizes of a triangulation are those of its own vertices");
@@ -181,7 +181,7 @@ int run_remesh(const Options& options) {
     check_options(options);
     const Session& session = options.session;
     Stages stages(session);
-    const Made made = kind_of(options.in) == FileKind::Mesh ? mesh_triangles(options, gradation, stages) : mesh_patches(options, gradation, stages);
+    const Made made = is_mesh(options.in) ? mesh_triangles(options, gradation, stages) : mesh_patches(options, gradation, stages);
     const SurfaceMesh& mesh = made.result.mesh;
     stages.run("writing", [&] {
         for (const std::string& path : options.out) made.write(path);
@@ -242,7 +242,7 @@ int run_remesh(const Options& options) {
 void add_remesh(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("remesh", "Mesh a surface");
     const auto options = std::make_shared<Options>();
-    command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez, or triangles, .obj .off .ply .stl .mesh .meshb")->required();
+    command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez, or a triangle mesh, .obj .off .ply .stl .mesh .meshb .msh .vtu .vtp")->required();
     command
         .add_option("-o,--output", options->out,
                     "Mesh, in the format of the extension: .obj .off .ply .stl .mesh .meshb .msh .vtu; may be repeated")
@@ -257,7 +257,7 @@ void add_remesh(CLI::App& app, Run& run) {
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
     add_gradation(command, options->gradation, GradationNeeded::No);
-    add_features(command, options->features);
+    add_triangulation(command, options->surface);
     command.add_flag("--fast", options->fast, "Smooth shapes only, do not search for better ones");
     command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")
         ->type_name("N")

@@ -10,6 +10,7 @@
 #include "json.hpp"
 #include "show.hpp"
 #include "sized.hpp"
+#include "triangulated.hpp"
 
 namespace gradus::app {
 
@@ -19,62 +20,97 @@ struct Options {
     Session session;
     std::string in, out, background;
     SizingOptions sizing;
+    TriangulationChoice surface;
     int max_triangles = 20'000'000;
 };
 
-SizedBackground on_given_background(const PatchModel& model, const SizingRule& rule, const std::string& path, Stages& stages) {
-    return stages.run("background", [&] {
-        SizedBackground sized{load_background(path, model), {}};
-        sized.sizes = geometric_sizes(model, sized.background, rule);
-        return sized;
-    });
+// A size map with what is said of it.
+struct Mapped {
+    Background background = {};
+    TriangleSoup soup = {};  // the background as files hold it
+    std::vector<double> sizes = {};
+    SizingRule rule = {};
+    std::string surface = {};   // a line on the input
+    std::string accuracy = {};  // how well the sizes are represented
+    Json json = {};             // keys of the input's kind
+};
+
+Mapped map_patches(const Options& options, const std::string& given, Stages& stages) {
+    const PatchModel model = stages.run("reading", [&] { return load_model(options.in); });
+    Mapped map{.rule = rule_of(options.sizing, limits_for(model.diagonal())), .surface = text_of(options.in, model), .json = {{"patches", model.num_patches()}}};
+    SizedBackground sized;
+    if (given.empty()) {
+        sized = background_for(model, map.rule, stages, options.max_triangles);
+        map.accuracy = fmt::format("sizes within {:.1f} %", 100 * std::expm1(sized.largest_error));
+        map.json["largest_error"] = sized.largest_error;
+    } else {
+        stages.run("background", [&] {
+            sized.background = load_background(given, model);
+            sized.sizes = geometric_sizes(model, sized.background, map.rule);
+        });
+        map.accuracy = "as given";
+        map.json["largest_error"] = nullptr;
+    }
+    map.background = std::move(sized.background);
+    map.sizes = std::move(sized.sizes);
+    map.soup = soup_from_background(map.background);
+    return map;
+}
+
+// The background of a triangulation is itself.
+Mapped map_triangles(const Options& options, Stages& stages) {
+    const auto surface = stages.run("reading", [&] { return load_triangulation(options.in, options.surface, options.sizing, options.session); });
+    Mapped map{.soup = surface->soup(),
+               .rule = rule_of(options.sizing, limits_for(surface->diagonal())),
+               .surface = text_of(options.in, *surface),
+               .accuracy = "those of the input",
+               .json = json_of(*surface)};
+    map.sizes = geometric_sizes(*surface, map.rule);
+    map.background.mesh = make_mesh(map.soup.points, map.soup.triangles);
+    return map;
 }
 
 int run_sizemap(const Options& options) {
     check(options.sizing);
     check_output(options.out, {FileKind::Sizes, FileKind::SizeView});
+    const bool triangles = is_mesh(options.in);
+    if (triangles && !options.background.empty()) throw UsageError("--background is for patches; sizes of a triangulation are those of its own vertices");
     const bool given = !options.background.empty() && std::filesystem::exists(options.background);
     const std::string mesh_path = options.background.empty() ? background_beside(options.out) : options.background;
     if (!given) check_output(mesh_path, {FileKind::Mesh});
 
     Stages stages(options.session);
-    const PatchModel model = stages.run("reading", [&] { return load_model(options.in); });
-    const SizingRule rule = rule_of(options.sizing, limits_for(model.diagonal()));
-    const SizedBackground sized =
-        given ? on_given_background(model, rule, mesh_path, stages) : background_for(model, rule, stages, options.max_triangles);
-    const auto [smallest, largest] = std::minmax_element(sized.sizes.begin(), sized.sizes.end());
-    const double predicted = ControlSpace(sized.background, sized.sizes).predicted_triangles();
-    const GradationReport measures = stages.run("measures", [&] { return measure_gradation(sized.background.mesh, sized.sizes); });
+    const Mapped map = triangles ? map_triangles(options, stages) : map_patches(options, given ? mesh_path : "", stages);
+    const auto [smallest, largest] = std::minmax_element(map.sizes.begin(), map.sizes.end());
+    const double predicted = ControlSpace(map.background, map.sizes).predicted_triangles();
+    const GradationReport measures = stages.run("measures", [&] { return measure_gradation(map.background.mesh, map.sizes); });
     stages.run("writing", [&] {
-        const TriangleSoup soup = soup_from_background(sized.background);
-        if (!given) write_mesh(mesh_path, soup);
-        write_size_map(options.out, soup, sized.sizes);
+        if (!given) write_mesh(mesh_path, map.soup);
+        write_size_map(options.out, map.soup, map.sizes);
     });
 
     const Session& session = options.session;
-    session.say(text_of(options.in, model));
-    session.say(fmt::format("sizes: {}; {:.4g} to {:.4g} on the surface, {} triangles expected\n", to_text(rule), *smallest, *largest,
+    session.say(map.surface);
+    session.say(fmt::format("sizes: {}; {:.4g} to {:.4g} on the surface, {} triangles expected\n", to_text(map.rule), *smallest, *largest,
                             grouped(std::llround(predicted))));
-    session.say(fmt::format("background: {} vertices, {} triangles, {}\n", grouped(sized.sizes.size()),
-                            grouped(sized.background.patch.size()),
-                            given ? "as given" : fmt::format("sizes within {:.1f} %", 100 * std::expm1(sized.largest_error))));
+    session.say(fmt::format("background: {} vertices, {} triangles, {}\n", grouped(map.sizes.size()), grouped(map.soup.triangles.size()), map.accuracy));
     session.say(fmt::format("H-shock {:.4g} at most, 99.9 % below {:.4g}; H-variation {:.4g} at most\n", measures.shock_max,
                             measures.shock_p999, measures.variation_max));
     session.say(given ? fmt::format("wrote {}\n", options.out) : fmt::format("wrote {} {}\n", options.out, mesh_path));
 
     Json files{options.out};
     if (!given) files.push_back(mesh_path);
-    print(session, {{"patches", model.num_patches()},
-                    {"sizing", json_of(rule)},
-                    {"vertices", sized.sizes.size()},
-                    {"triangles", sized.background.patch.size()},
-                    {"size_min", *smallest},
-                    {"size_max", *largest},
-                    {"predicted_triangles", predicted},
-                    {"largest_error", given ? Json(nullptr) : Json(sized.largest_error)},
-                    {"gradation", json_of(measures)},
-                    {"stages", json_of(stages.times())},
-                    {"files", files}});
+    Json json = map.json;
+    json.update({{"sizing", json_of(map.rule)},
+                 {"vertices", map.sizes.size()},
+                 {"triangles", map.soup.triangles.size()},
+                 {"size_min", *smallest},
+                 {"size_max", *largest},
+                 {"predicted_triangles", predicted},
+                 {"gradation", json_of(measures)},
+                 {"stages", json_of(stages.times())},
+                 {"files", files}});
+    print(session, json);
     return kMet;
 }
 
@@ -83,7 +119,7 @@ int run_sizemap(const Options& options) {
 void add_sizemap(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("sizemap", "Sizes from the curvature of a surface");
     const auto options = std::make_shared<Options>();
-    command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez")->required();
+    command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez, or a triangle mesh")->required();
     command.add_option("-o,--output", options->out, "One size per vertex of the background mesh; .pos for Gmsh")
         ->required()
         ->type_name("MAP.sol");
@@ -92,6 +128,7 @@ void add_sizemap(CLI::App& app, Run& run) {
                     "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol)")
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
+    add_triangulation(command, options->surface);
     command.add_option("--max-triangles", options->max_triangles, "Refuse a larger background")
         ->type_name("N")
         ->check(CLI::Range(100, 1'000'000'000).description(""));

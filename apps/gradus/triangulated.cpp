@@ -72,24 +72,25 @@ class Keeper {
 
 }  // namespace
 
-void add_features(CLI::App& app, FeatureChoice& choice) {
-    app.add_option("--feature-angle", choice.angle, "Triangulations: angle between facets from which their edge is a crease, degrees")
+void add_triangulation(CLI::App& app, TriangulationChoice& choice) {
+    const std::string group = "Triangulations";
+    app.add_option("--feature-angle", choice.feature_angle, "Angle between facets from which their edge is a crease, degrees")
         ->type_name("DEG")
         ->capture_default_str()
-        ->check(CLI::Range(1.0, 180.0).description(""));
-    app.add_flag("--no-label-borders", choice.no_labels, "Triangulations: borders between labels are no features");
+        ->check(CLI::Range(1.0, 180.0).description(""))
+        ->group(group);
+    app.add_flag("--no-label-borders", choice.no_label_borders, "Borders between labels are no features")->group(group);
+    app.add_flag("--repair", choice.repair, "Repair what is no oriented manifold, and say each change")->group(group);
 }
 
-std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const FeatureChoice& features, const SizingOptions& sizing) {
-    TriangleSoup soup = read_mesh(path);
-    const Diagnosis diagnosis = diagnose(soup);
+std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const TriangulationChoice& choice, const SizingOptions& sizing, const Session& session) {
+    TriangleSoup soup = load_soup(path, choice.repair, session);
     if (soup.triangles.empty()) throw Failure(path + ": holds no triangles");
-    if (!is_manifold(diagnosis)) throw Failure(path + ": not an oriented manifold mesh; gradus info " + path + " says where");
     TriangulationOptions options;
-    options.features.angle = features.angle * std::numbers::pi / 180;
+    options.features.angle = choice.feature_angle * std::numbers::pi / 180;
     options.features.weak_angle = std::min(options.features.weak_angle, 0.6 * options.features.angle);
     options.features.sharp_angle = std::max(options.features.sharp_angle, options.features.angle);
-    options.label_borders = !features.no_labels;
+    options.label_borders = !choice.no_label_borders;
     if (sizing.chord_error) {
         // Curvatures that ask for elements larger than any allowed need no precision.
         Eigen::AlignedBox3d box;

@@ -14,15 +14,16 @@
 
 namespace gradus::app {
 
-/// How features are found, as given.
-struct FeatureChoice {
-    double angle = 40;  ///< degrees
-    bool no_labels = false;
+/// How a triangulation is taken, as given.
+struct TriangulationChoice {
+    double feature_angle = 40;  ///< degrees
+    bool no_label_borders = false;
+    bool repair = false;
 };
-void add_features(CLI::App& app, FeatureChoice& choice);
+void add_triangulation(CLI::App& app, TriangulationChoice& choice);
 
 /// The triangulation of a file, sound and oriented. @throws IoError, Failure naming the file and what is wrong with it
-std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const FeatureChoice& features, const SizingOptions& sizing);
+std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const TriangulationChoice& choice, const SizingOptions& sizing, const Session& session);
 
 /// Two-sided distance between a mesh and the triangulation it stands for.
 struct Deviation {

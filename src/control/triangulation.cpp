@@ -1,7 +1,5 @@
 #include "gradus/control/triangulation.hpp"
 
-#include "gradus/mesh/diagnose.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -46,16 +44,10 @@ double diagonal_of(const TriangleSoup& soup) {
     return diagonal;
 }
 
-const TriangleSoup& checked(const TriangleSoup& soup) {
-    const Diagnosis diagnosis = diagnose(soup);
-    if (!is_manifold(diagnosis)) throw std::invalid_argument("no oriented manifold:\n" + summary(diagnosis));
-    return soup;
-}
-
 }  // namespace
 
 Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& options)
-    : soup_(std::move(soup)), mesh_(static_cast<int>(checked(soup_).points.size()), soup_.triangles), diagonal_(diagonal_of(soup_)) {
+    : soup_(std::move(soup)), mesh_(static_cast<int>(soup_.points.size()), soup_.triangles), diagonal_(diagonal_of(soup_)) {
     KnownFeatures known{.edges = soup_.edges, .corners = soup_.corners};
     if (options.label_borders) known.labels = soup_.labels;
     features_ = find_features(soup_.points, mesh_, options.features, known);
@@ -106,6 +98,8 @@ class Cutter {
             }
         }
     }
+
+    const std::vector<double>& sizes() const { return sizes_; }
 
     TriangulationBackground result() const {
         std::vector<Triangle> triangles;
@@ -199,6 +193,13 @@ TriangulationBackground make_background(const Triangulation& surface, const Sizi
 
 TriangulationBackground make_background(const Triangulation& surface, std::span<const double> sizes) {
     return background_of(surface.soup().points, surface.soup().triangles, sizes);
+}
+
+std::vector<double> geometric_sizes(const Triangulation& surface, const SizingRule& rule) {
+    check(rule);
+    std::vector<double> sizes = Cutter(surface, rule).sizes();
+    lower_to_prescribed(rule, surface.soup().points, sizes);
+    return sizes;
 }
 
 }  // namespace gradus

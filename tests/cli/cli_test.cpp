@@ -250,7 +250,6 @@ TEST_CASE("faults of files are named with file and line, and nothing is written"
     spill(hill.folder / "wrong.sol", "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n3\n1 1\n1\n1\n1\nEnd\n");
     check_failure(run(hill.folder, "grade bg.mesh --size wrong.sol --shock 2 -o x.sol"), 1, "wrong.sol:4: ");
     check_failure(run(hill.folder, "remesh hill.bpt --size wrong.sol --background bg.mesh -o x.obj"), 1, "wrong.sol:4: ");
-    check_failure(run(hill.folder, "remesh bg.mesh -o x.obj"), 1, "triangulated input is not supported yet");
     spill(hill.folder / "far.bpt", with_line(::hill(), 4, "-9 0 0"));
     check_failure(run(hill.folder, "remesh far.bpt --size raw.sol --background fan.off -o x.obj"), 1, "fan.off");
     CHECK(!exists(hill.folder / "x.obj"));

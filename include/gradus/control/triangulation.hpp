@@ -20,7 +20,8 @@ struct TriangulationOptions {
 /// Immutable after construction; not to be moved, as its parts refer to each other.
 class Triangulation {
   public:
-    /// @throws std::invalid_argument for a soup that is no oriented manifold, without triangles or without extent
+    /// @throws std::invalid_argument for a soup that is no oriented manifold, has no triangles, no extent or a coordinate that is
+    ///         not finite
     explicit Triangulation(TriangleSoup soup, const TriangulationOptions& options = {});
     Triangulation(const Triangulation&) = delete;
     Triangulation& operator=(const Triangulation&) = delete;
@@ -57,6 +58,10 @@ struct TriangulationBackground {
 /// a large flat facet is to have large elements. Curvature varies linearly along an edge, on each side of features on its own.
 /// @throws std::invalid_argument for a bad rule
 TriangulationBackground make_background(const Triangulation& surface, const SizingRule& rule, int max_triangles = 20'000'000);
+
+/// Sizes by the rule at the vertices of the triangulation, at features the smallest of their sides and of the curve's own.
+/// @throws std::invalid_argument for a bad rule
+std::vector<double> geometric_sizes(const Triangulation& surface, const SizingRule& rule);
 
 /// The triangulation itself with sizes given at its vertices.
 TriangulationBackground make_background(const Triangulation& surface, std::span<const double> sizes);
