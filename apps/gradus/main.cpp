@@ -1,5 +1,8 @@
 #include <clocale>
 #include <csignal>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include "commands.hpp"
 #include "version.hpp"
@@ -27,6 +30,11 @@ class Formatter : public CLI::Formatter {
 int main(int argc, char** argv) {
     using namespace gradus::app;
     std::signal(SIGPIPE, SIG_DFL);
+#ifdef __GLIBC__
+    // Memory that a stage gives back serves the next one, instead of going to the system and coming back zeroed.
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
     return guarded([&] {
         CLI::App app{"Surface mesh gradation: sizes from curvature, how fast they may change, and the mesh that follows", "gradus"};
         app.require_subcommand(1);

@@ -46,16 +46,14 @@ ControlSpace::ControlSpace(const Background& background, std::span<const double>
     std::transform(sizes.begin(), sizes.end(), logs.begin(), [](double h) { return std::log(h); });
     cells_.resize(mesh.n_faces());
     areas_.resize(mesh.n_faces());
-    for (const auto face : mesh.faces()) {
-        Cell& cell = cells_[face.idx()];
+    for (int f = 0; f < static_cast<int>(mesh.n_faces()); ++f) {
+        Cell& cell = cells_[f];
         std::array<int, 3> corner;
-        int k = 0;
         // The half-edge that ends in corner k starts in corner k - 1: it is opposite to corner k + 1.
-        for (const auto halfedge : face.halfedges()) {
-            corner[k] = halfedge.to().idx();
-            const auto beyond = halfedge.opp().face();
-            cell.neighbour[(k + 1) % 3] = beyond.is_valid() ? beyond.idx() : -1;
-            ++k;
+        auto halfedge = mesh.halfedge_handle(mesh.face_handle(f));
+        for (int k = 0; k < 3; ++k, halfedge = mesh.next_halfedge_handle(halfedge)) {
+            corner[k] = mesh.to_vertex_handle(halfedge).idx();
+            cell.neighbour[(k + 1) % 3] = mesh.opposite_face_handle(halfedge).idx();
         }
         const Eigen::Vector3d e1 = points[corner[1]] - points[corner[0]], e2 = points[corner[2]] - points[corner[0]];
         const Eigen::Vector3d n = e1.cross(e2);
@@ -66,7 +64,7 @@ ControlSpace::ControlSpace(const Background& background, std::span<const double>
         cell.log0 = logs[corner[0]];
         cell.da = logs[corner[1]] - cell.log0;
         cell.db = logs[corner[2]] - cell.log0;
-        areas_[face.idx()] = std::sqrt(n2) / 2;
+        areas_[f] = std::sqrt(n2) / 2;
     }
 
     // A grid of about one cell per two triangles of a patch gives each walk in parameters a start.

@@ -317,18 +317,18 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
         smooth(editor, sweeps);
     }
     clock.done("fitting");
-    report.flips += flip_edges(editor);
-    smooth(editor, sweeps);
-    clock.done("smoothing");
     if (options.fast) {
         relax_worst(editor);
     } else {
+        report.flips += flip_edges(editor);
+        smooth(editor, sweeps);
+        clock.done("smoothing");
         attempt_for_mean(editor, report);
         smooth(editor, sweeps);
         clock.done("attempts");
         attempt_for_worst(editor, options, report);
+        editor.renumber();
     }
-    editor.renumber();
     clock.done("worst");
     return report;
 }

@@ -134,9 +134,9 @@ struct EdgeUse {
 // may have only one edge. Triangles on the side of a pole have lost that side and vanish.
 class Assembly {
   public:
-    Assembly(const PatchModel& model, const SharedVertices& shared, std::vector<PatchMesh> patches) : model_(model), patches_(std::move(patches)), count_(shared.count) {
+    Assembly(const PatchModel& model, const SharedVertices& shared, std::vector<PatchMesh> patches) : model_(model), patches_(std::move(patches)), shared_(shared.count), count_(shared.count) {
         for (PatchMesh& mesh : patches_) number_inner(mesh);
-        split_twin_triangles(shared.count);
+        split_twin_triangles();
         for (int round = 0; round < kRepairRounds && cut_conflicts(); ++round) {}
     }
 
@@ -184,6 +184,8 @@ class Assembly {
                 if (vanishes) continue;
                 for (int k = 0; k < 3; ++k) {
                     int a = t[k], b = t[(k + 1) % 3];
+                    // Only vertices on curves are in several places.
+                    if (mesh.number[a] >= shared_ && mesh.number[b] >= shared_) continue;
                     if (flipped) std::swap(a, b);
                     uses.push_back({{mesh.number[a], mesh.number[b]}, p, {a, b}});
                 }
@@ -220,7 +222,7 @@ class Assembly {
 
     // Two triangles on the same three vertices enclose nothing: each gets a point in its middle. Only corners that patches share can
     // be those of two triangles, and these are numbered first.
-    void split_twin_triangles(int shared) {
+    void split_twin_triangles() {
         std::map<std::array<int, 3>, std::vector<std::pair<int, int>>> by_corners;  // patch and triangle
         for (int p = 0; p < static_cast<int>(patches_.size()); ++p)
             for (int t = 0; t < static_cast<int>(patches_[p].triangles.size()); ++t) {
@@ -228,7 +230,7 @@ class Assembly {
                 const auto& number = patches_[p].number;
                 std::array<int, 3> corners{number[v[0]], number[v[1]], number[v[2]]};
                 std::sort(corners.begin(), corners.end());
-                if (corners[0] < corners[1] && corners[1] < corners[2] && corners[2] < shared) by_corners[corners].emplace_back(p, t);
+                if (corners[0] < corners[1] && corners[1] < corners[2] && corners[2] < shared_) by_corners[corners].emplace_back(p, t);
             }
         for (const auto& [corners, uses] : by_corners)
             if (uses.size() > 1)
@@ -240,6 +242,7 @@ class Assembly {
 
     const PatchModel& model_;
     std::vector<PatchMesh> patches_;
+    int shared_;  // vertices that patches share: the first ones
     int count_;
 };
 
