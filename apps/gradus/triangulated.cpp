@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include "files.hpp"
 #include "gradus/io/mesh_files.hpp"
@@ -16,19 +18,19 @@ namespace {
 
 constexpr double kChordShare = 0.5;    // of the chord error that sizes ask of edges: triangles are farther off than their edges
 constexpr double kBulgeShare = 0.2;    // that the smooth surface may be off the triangulation
-constexpr int kMostRefinements = 12;
+constexpr int kMostDrafts = 4, kMostRefinements = 16;
 constexpr double kDraftShare = 0.85;   // of it that drafts keep
-constexpr double kGoal = 0.7;          // of the chord error, aimed at where it was not kept
+constexpr double kGoal = 0.8;          // of the chord error, aimed at where it was not kept
 constexpr double kSteepest = 0.35, kLeast = 0.85;  // change of sizes there
 constexpr double kCoarsePrecision = 0.1;  // of those that tell how far to lower sizes
-constexpr double kPrecision = 1e-3;    // of the distances reported
+constexpr double kPrecision = 0.01;    // of the distances reported
 constexpr double kFinest = 0.1;        // of the default hmin, down to which sizes go to keep a chord error
 
 // Measures meshes against the triangulation, and lowers their sizes where they are too far from it.
 class Keeper {
   public:
-    Keeper(const Triangulation& surface, const std::optional<GradationOptions>& gradation, double hmin, TriangulatedMesh& mesh)
-        : surface_(surface), gradation_(gradation), hmin_(hmin), mesh_(mesh), target_({surface.soup().points, surface.soup().triangles}) {}
+    Keeper(const Triangulation& surface, const SmoothSupport& support, const std::optional<GradationOptions>& gradation, double hmin, TriangulatedMesh& mesh)
+        : surface_(surface), support_(support), gradation_(gradation), hmin_(hmin), mesh_(mesh), target_({surface.soup().points, surface.soup().triangles}) {}
 
     void measure(const SurfaceMesh& mesh, double limit, double precision) {
         const MeshView input{surface_.soup().points, surface_.soup().triangles}, output{mesh.points, mesh.triangles};
@@ -38,32 +40,68 @@ class Keeper {
         mesh_.deviation.from_input = DistanceTarget(output).measure_from(input, {.limit = limit, .precision = precision});
     }
 
-    // Sizes at the vertices of the mesh to go on with; nothing where the chord error is kept, or cannot be.
+    // Sizes at the vertices of a draft to go on with, by samples; nothing where they all keep the chord error.
+    std::optional<std::vector<double>> refine_draft(const SurfaceMesh& mesh, double chord_error) {
+        if (mesh_.refinements == kMostDrafts) return std::nullopt;
+        std::vector<std::pair<int, double>> far(mesh.triangles.size(), {-1, 0.0});
+        tbb::parallel_for(tbb::blocked_range<int>(0, static_cast<int>(far.size()), 512), [&](const auto& range) {
+            for (int t = range.begin(); t < range.end(); ++t)
+                if (const double d = sampled_distance(mesh, mesh.triangles[t], chord_error); d > chord_error) far[t] = {t, d};
+        });
+        std::erase_if(far, [](const auto& f) { return f.first < 0; });
+        return lowered(mesh, far, chord_error);
+    }
+
+    // The same for a mesh that may be the last, proved.
     std::optional<std::vector<double>> refine(const SurfaceMesh& mesh, double chord_error) {
         measure(mesh, chord_error, kCoarsePrecision);
-        const Deviation& deviation = mesh_.deviation;
-        if (deviation.bound() <= chord_error || mesh_.refinements == kMostRefinements) return std::nullopt;
+        if (mesh_.deviation.bound() <= chord_error) return std::nullopt;
+        std::vector<std::pair<int, double>> far;
+        for (const TooFar& f : mesh_.deviation.from_mesh.beyond) far.emplace_back(f.triangle, f.distance);
+        for (const TooFar& f : mesh_.deviation.from_input.beyond) far.emplace_back(f.nearest, f.distance);
+        return lowered(mesh, far, chord_error);
+    }
+
+  private:
+    // Largest distance to the input of the middles of a triangle and its sides.
+    double sampled_distance(const SurfaceMesh& mesh, const Triangle& t, double limit) const {
+        const Eigen::Vector3d &a = mesh.points[t[0]], &b = mesh.points[t[1]], &c = mesh.points[t[2]];
+        double largest = 0;
+        const int start = mesh.places[t[0]].patch;
+        for (const Eigen::Vector3d& p : {Eigen::Vector3d((a + b + c) / 3), Eigen::Vector3d((a + b) / 2), Eigen::Vector3d((b + c) / 2), Eigen::Vector3d((c + a) / 2)}) {
+            const SmoothSupport::Foot foot = support_.walk(start, p);
+            const Triangle& v = surface_.soup().triangles[foot.triangle];
+            const auto& points = surface_.soup().points;
+            double distance = (p - ((1 - foot.b - foot.c) * points[v[0]] + foot.b * points[v[1]] + foot.c * points[v[2]])).norm();
+            // The walk may have ended at a feature.
+            if (distance > limit) distance = target_.distance(p, foot.triangle);
+            largest = std::max(largest, distance);
+        }
+        return largest;
+    }
+
+    // Sizes of a mesh, lower at the triangles that are too far off; nothing where none can be.
+    std::optional<std::vector<double>> lowered(const SurfaceMesh& mesh, const std::vector<std::pair<int, double>>& far, double chord_error) {
+        if (far.empty() || mesh_.refinements == kMostRefinements) return std::nullopt;
         std::vector<double> sizes = mesh.sizes;
-        bool lowered = false;
+        bool any = false;
         // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones.
-        const double power = mesh_.refinements == 0 ? 0.5 : 1;
-        const auto lower = [&](int triangle, double distance) {
+        const double power = mesh_.refinements < kMostDrafts ? 0.5 : 1;
+        for (const auto& [triangle, distance] : far) {
             const double factor = std::clamp(std::pow(kGoal * chord_error / std::max(distance, chord_error), power), kSteepest, kLeast);
             for (const int v : mesh.triangles[triangle]) {
                 const double size = std::max(factor * mesh.sizes[v], hmin_);
-                if (size < sizes[v]) sizes[v] = size, lowered = true;
+                if (size < sizes[v]) sizes[v] = size, any = true;
             }
-        };
-        for (const TooFar& far : deviation.from_mesh.beyond) lower(far.triangle, far.distance);
-        for (const TooFar& far : deviation.from_input.beyond) lower(far.nearest, far.distance);
-        if (!lowered) return std::nullopt;
+        }
+        if (!any) return std::nullopt;
         ++mesh_.refinements;
         if (gradation_) mesh_.gradation = grade(make_mesh(mesh.points, mesh.triangles), sizes, *gradation_);
         return sizes;
     }
 
-  private:
     const Triangulation& surface_;
+    const SmoothSupport& support_;
     const std::optional<GradationOptions>& gradation_;
     double hmin_;
     TriangulatedMesh& mesh_;
@@ -121,13 +159,13 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
         {.largest_bulge = mesh.chord_error ? kBulgeShare * *mesh.chord_error : std::numeric_limits<double>::infinity()});
     const TriangulatedSurface whole{support, surface.features(), surface.soup().labels};
     const double finest = hmin_given ? rule.hmin : kFinest * rule.hmin;
-    Keeper keeper = stages.run("distance tree", [&] { return Keeper(surface, gradation, finest, mesh); });
+    Keeper keeper = stages.run("distance tree", [&] { return Keeper(surface, support, gradation, finest, mesh); });
     Recheck recheck;
     if (mesh.chord_error)
         recheck = [&](const SurfaceMesh& draft, MeshStage stage) {
             stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size())));
             // Drafts keep a margin for what the rest of the schedule moves.
-            return keeper.refine(draft, (stage == MeshStage::Draft ? kDraftShare : 1) * *mesh.chord_error);
+            return stage == MeshStage::Draft ? keeper.refine_draft(draft, kDraftShare * *mesh.chord_error) : keeper.refine(draft, *mesh.chord_error);
         };
     mesh.result = stages.run("meshing", [&] { return remesh(whole, control, map.cells, options, recheck); });
     stages.run("distance", [&] { keeper.measure(mesh.result.mesh, 0, kPrecision); });

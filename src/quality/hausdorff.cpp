@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr int kDeepest = 10;      // halvings of an edge where cutting along the target says too little
 constexpr int kMostPieces = 400;  // of one triangle, before the rest is left to halving
-constexpr int kMostCorners = 16;
+constexpr int kMostCorners = 12;
 
 struct Corner {
     Vector3d p;
@@ -37,6 +37,13 @@ struct Polygon {
     std::array<Vector3d, kMostCorners> corner;
     int size = 0;
 
+    Polygon() {}  // corners stay unset
+    Polygon(const Polygon& other) { *this = other; }
+    Polygon& operator=(const Polygon& other) {
+        size = other.size;
+        std::copy_n(other.corner.begin(), size, corner.begin());
+        return *this;
+    }
     void add(const Vector3d& p) {
         if (size < kMostCorners) corner[size++] = p;
     }
@@ -44,12 +51,17 @@ struct Polygon {
 
 // Cuts a convex polygon by the plane through a: what lies beyond, along m, goes to `beyond`.
 void cut(Polygon& polygon, const Vector3d& a, const Vector3d& m, Polygon& beyond) {
-    Polygon inside;
     beyond.size = 0;
     std::array<double, kMostCorners> height;
-    bool any = false;
-    for (int i = 0; i < polygon.size; ++i) height[i] = (polygon.corner[i] - a).dot(m), any = any || height[i] > 0;
-    if (!any) return;
+    int out = 0;
+    for (int i = 0; i < polygon.size; ++i) height[i] = (polygon.corner[i] - a).dot(m), out += height[i] > 0;
+    if (out == 0) return;
+    if (out == polygon.size) {
+        std::swap(polygon, beyond);
+        polygon.size = 0;
+        return;
+    }
+    Polygon inside;
     for (int i = 0; i < polygon.size; ++i) {
         const int j = (i + 1) % polygon.size;
         (height[i] > 0 ? beyond : inside).add(polygon.corner[i]);
@@ -73,34 +85,16 @@ class DistanceSearch {
 
     void measure(const Corner& a, const Corner& b, const Corner& c, Found& found) const {
         for (const Corner* x : {&a, &b, &c}) found.attain(*x);
-        struct Piece {
-            Polygon polygon;
-            int triangle, from;
-        };
-        std::vector<Piece> stack(1);
-        for (const Corner* x : {&a, &b, &c}) stack[0].polygon.add(x->p);
-        stack[0].triangle = a.hit.triangle;
-        stack[0].from = -1;
-        for (int pieces = 0; !stack.empty(); ++pieces) {
-            Piece piece = stack.back();
-            stack.pop_back();
-            const int t = piece.triangle;
-            const Triangle& v = target_.mesh_.triangles[t];
-            for (int k = 0; pieces < kMostPieces && k < 3 && piece.polygon.size > 0; ++k) {
-                const int g = target_.neighbours_[t][k];
-                if (g < 0 || k == piece.from || piece.polygon.size + 3 > kMostCorners) continue;
-                const Vector3d& start = target_.mesh_.points[v[k]];
-                const Vector3d along = target_.mesh_.points[v[(k + 1) % 3]] - start;
-                Piece next;
-                cut(piece.polygon, start, along.cross(target_.normals_[t] + target_.normals_[g]), next.polygon);
-                if (next.polygon.size == 0) continue;
-                const auto& back = target_.neighbours_[g];
-                next.triangle = g;
-                next.from = static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin());
-                stack.push_back(next);
+        // Most triangles of a fine mesh lie over one of the target.
+        for (const Corner* x : {&a, &b, &c})
+            if (const double bound = farthest(a, b, c, x->hit.triangle); good_enough(bound, found)) {
+                found.bound = std::max(found.bound, bound);
+                return;
             }
-            if (piece.polygon.size > 0) hold(piece.polygon, t, found);
-        }
+        Polygon whole;
+        for (const Corner* x : {&a, &b, &c}) whole.add(x->p);
+        int pieces = 0;
+        cut_down(whole, a.hit.triangle, -1, pieces, found);
     }
 
   private:
@@ -110,8 +104,28 @@ class DistanceSearch {
         return (p - closest_point(p, points[t[0]], points[t[1]], points[t[2]])).norm();
     }
 
+    // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and holds the rest against it.
+    void cut_down(Polygon& polygon, int t, int from, int& pieces, Found& found) const {
+        ++pieces;
+        const Triangle& v = target_.mesh_.triangles[t];
+        Polygon beyond;
+        for (int k = 0; pieces < kMostPieces && k < 3; ++k) {
+            const int g = target_.neighbours_[t][k];
+            if (g < 0 || k == from || polygon.size + 3 > kMostCorners) continue;
+            const Vector3d& start = target_.mesh_.points[v[k]];
+            cut(polygon, start, (target_.mesh_.points[v[(k + 1) % 3]] - start).cross(target_.normals_[t] + target_.normals_[g]), beyond);
+            if (beyond.size == 0) continue;
+            const auto& back = target_.neighbours_[g];
+            cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), pieces, found);
+            if (polygon.size == 0) return;
+        }
+        hold(polygon, t, found);
+    }
+
     bool good_enough(double bound, const Found& found) const {
-        return bound <= options_.limit || bound <= (1 + options_.precision) * std::max(found.largest, attained);
+        // With a limit each triangle counts for itself.
+        if (options_.limit > 0) return bound <= options_.limit || (found.largest > options_.limit && bound <= (1 + options_.precision) * found.largest);
+        return bound <= (1 + options_.precision) * std::max(found.largest, attained);
     }
 
     // Holds a piece against one triangle and, where that is not good enough, halves it.

@@ -18,7 +18,7 @@ constexpr int kFitRounds = 2;
 constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 // Bounds on the search for better worst triangles, in moves of a vertex; without them a map that jumps keeps it busy for minutes.
-constexpr long kMovesPerVertex = 20, kMovesByPairsPerVertex = 10, kMovesAtLeast = 100'000;
+constexpr long kMovesPerVertex = 20, kMovesByPairsPerVertex = 10, kMovesAtLeast = 20'000;
 constexpr int kWorstRounds = 12;
 constexpr double kHopefulFlip = 1;     // rise of the energy, before anything moves, up to which a flip is tried
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
@@ -33,22 +33,22 @@ struct LengthAt {
 
 // Each edge once, where `wanted` says so of its length; `possible` is a cheap test before that.
 template <class Possible, class Wanted>
-std::vector<LengthAt> edges_where(const Editor& editor, const Possible& possible, const Wanted& wanted) {
+std::vector<LengthAt> edges_where(const Editor& editor, const OptimiseOptions& options, const Possible& possible, const Wanted& wanted) {
     const Connectivity& mesh = editor.mesh();
     std::vector<LengthAt> edges;
     for (int h = 0; h < 3 * mesh.num_triangles(); ++h) {
         if (!mesh.is_live_triangle(h / 3) || (mesh.twin(h) >= 0 && mesh.twin(h) < h)) continue;
-        if (!possible(h)) continue;
+        if (!possible(h) || !(options.is_active(mesh.origin(h)) || options.is_active(mesh.target(h)))) continue;
         const double length = editor.length(h);
         if (wanted(length)) edges.push_back({length, h});
     }
     return edges;
 }
 
-int split_long(Editor& editor) {
+int split_long(Editor& editor, const OptimiseOptions& options) {
     int splits = 0;
     for (int pass = 0; pass < 40; ++pass) {
-        auto edges = edges_where(editor, [&](int h) { return editor.longest_length(h) > kLongest; }, [](double l) { return l > kLongest; });
+        auto edges = edges_where(editor, options, [&](int h) { return editor.longest_length(h) > kLongest; }, [](double l) { return l > kLongest; });
         std::sort(edges.begin(), edges.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(-a.length, a.halfedge) < std::pair(-b.length, b.halfedge); });
         int done = 0;
         for (const LengthAt& e : edges)
@@ -59,11 +59,11 @@ int split_long(Editor& editor) {
     return splits;
 }
 
-int collapse_short(Editor& editor) {
+int collapse_short(Editor& editor, const OptimiseOptions& options) {
     const Connectivity& mesh = editor.mesh();
     int collapses = 0;
     for (int pass = 0; pass < 40; ++pass) {
-        auto edges = edges_where(editor, [&](int h) { return editor.shortest_length(h) < kShortest; }, [](double l) { return l < kShortest; });
+        auto edges = edges_where(editor, options, [&](int h) { return editor.shortest_length(h) < kShortest; }, [](double l) { return l < kShortest; });
         std::sort(edges.begin(), edges.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(a.length, a.halfedge) < std::pair(b.length, b.halfedge); });
         int done = 0;
         for (const LengthAt& e : edges) {
@@ -79,13 +79,14 @@ int collapse_short(Editor& editor) {
 }
 
 // Flips while energy plus weighted valence penalty falls: each flip lowers it, so this ends; the bound is for rounding.
-int flip_edges(Editor& editor) {
+int flip_edges(Editor& editor, const OptimiseOptions& options) {
     const Connectivity& mesh = editor.mesh();
     const int halfedges = 3 * mesh.num_triangles();
     std::vector<int> queue;
     std::vector<char> queued(halfedges, 0);
     for (int h = 0; h < halfedges; ++h)
-        if (mesh.is_live_triangle(h / 3) && mesh.twin(h) > h) queue.push_back(h), queued[h] = 1;
+        if (mesh.is_live_triangle(h / 3) && mesh.twin(h) > h && (options.is_active(mesh.origin(h)) || options.is_active(mesh.target(h))))
+            queue.push_back(h), queued[h] = 1;
     int flips = 0;
     for (std::size_t i = 0; i < queue.size() && flips < kFlipsPerEdge * halfedges; ++i) {
         const int h = queue[i];
@@ -102,10 +103,11 @@ int flip_edges(Editor& editor) {
     return flips;
 }
 
-void smooth(Editor& editor, int sweeps) {
+void smooth(Editor& editor, const OptimiseOptions& options, int sweeps) {
     const Connectivity& mesh = editor.mesh();
     constexpr double kRestless = 0.01;  // moves that wake the neighbours
-    std::vector<char> awake(mesh.num_vertices(), 1);
+    std::vector<char> awake(mesh.num_vertices());
+    for (int v = 0; v < mesh.num_vertices(); ++v) awake[v] = options.is_active(v);
     for (int sweep = 0; sweep < sweeps; ++sweep)
         for (int v = 0; v < mesh.num_vertices(); ++v) {
             if (!awake[v] || !mesh.is_live_vertex(v)) continue;
@@ -130,7 +132,7 @@ bool worth_a_flip(const Editor& editor, int h, double most) {
 }
 
 // Tries the operations around irregular vertices, and again around each that was kept.
-void attempt_for_mean(Editor& editor, OptimiseReport& report) {
+void attempt_for_mean(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
     std::deque<int> queue;
@@ -139,7 +141,8 @@ void attempt_for_mean(Editor& editor, OptimiseReport& report) {
         if (v >= static_cast<int>(queued.size())) queued.resize(v + 1, 0);
         if (!queued[v] && irregular(mesh, v)) queued[v] = 1, queue.push_back(v);
     };
-    for (int v = 0; v < mesh.num_vertices(); ++v) push(v);
+    for (int v = 0; v < mesh.num_vertices(); ++v)
+        if (options.is_active(v)) push(v);
     const auto wake_around_last = [&] {
         for (const int v : editor.touched()) {
             if (!mesh.is_live_vertex(v)) continue;
@@ -243,9 +246,15 @@ int count_below(const Editor& editor, double goal) {
 void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
-    const auto bound = [&](long per_vertex) { return std::max(kMovesAtLeast, per_vertex * mesh.num_vertices()); };
+    long vertices = 0;
+    for (int v = 0; v < mesh.num_vertices(); ++v) vertices += options.is_active(v);
+    const auto bound = [&](long per_vertex) { return std::max(kMovesAtLeast, per_vertex * vertices); };
     const long last_move = editor.moves() + bound(kMovesPerVertex);
     long left_for_pairs = bound(kMovesByPairsPerVertex);
+    const auto is_active = [&](int t) {
+        const Triangle v = mesh.triangle(t);
+        return options.is_active(v[0]) || options.is_active(v[1]) || options.is_active(v[2]);
+    };
     for (const double share : {0.75, 0.85, 0.95, 1.0}) {
         const double goal = share * options.goal;
         const auto by_pairs = [&](int t) {
@@ -259,7 +268,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         for (int round = 0; round < kWorstRounds; ++round) {
             std::vector<std::pair<double, int>> bad;
             for (int t = 0; t < mesh.num_triangles(); ++t)
-                if (mesh.is_live_triangle(t) && editor.quality(t) < goal) bad.emplace_back(editor.quality(t), t);
+                if (mesh.is_live_triangle(t) && editor.quality(t) < goal && is_active(t)) bad.emplace_back(editor.quality(t), t);
             std::sort(bad.begin(), bad.end());
             int kept_now = 0;
             for (const auto& [was, t] : bad) {
@@ -309,26 +318,26 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
     OptimiseReport report;
     const int sweeps = options.fast ? 1 : 2;
     for (int round = 0; round < (options.fast ? 1 : kFitRounds); ++round) {
-        report.splits += split_long(editor);
-        report.collapses += collapse_short(editor);
+        report.splits += split_long(editor, options);
+        report.collapses += collapse_short(editor, options);
         // What is next to each other in space is next to each other in memory from here on.
-        if (round == 0) editor.renumber();
-        report.flips += flip_edges(editor);
-        smooth(editor, sweeps);
+        if (round == 0 && options.active.empty()) editor.renumber();
+        report.flips += flip_edges(editor, options);
+        smooth(editor, options, sweeps);
     }
     clock.done("fitting");
     if (options.fast) {
         relax_worst(editor);
     } else {
-        report.flips += flip_edges(editor);
-        smooth(editor, sweeps);
+        report.flips += flip_edges(editor, options);
+        smooth(editor, options, sweeps);
         clock.done("smoothing");
-        attempt_for_mean(editor, report);
-        smooth(editor, sweeps);
+        attempt_for_mean(editor, options, report);
+        smooth(editor, options, sweeps);
         clock.done("attempts");
         attempt_for_worst(editor, options, report);
-        editor.renumber();
     }
+    if (!options.fast || !options.active.empty()) editor.renumber();
     clock.done("worst");
     return report;
 }

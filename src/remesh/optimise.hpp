@@ -10,6 +10,10 @@ namespace gradus {
 struct OptimiseOptions {
     bool fast = false;     // a lighter schedule: no attempts beyond fitting, flips and smoothing
     double goal = 0.90;    // area-length quality asked of the worst triangle
+    /// Vertices to work at, and around what changes there; new ones count as well. Empty: all.
+    std::vector<char> active = {};
+
+    bool is_active(int v) const { return v >= static_cast<int>(active.size()) || active[v]; }
 };
 
 struct OptimiseReport {

@@ -172,6 +172,19 @@ std::vector<Vertex> with_sizes(const Connectivity& mesh, std::vector<Vertex> ver
     return vertices;
 }
 
+// Vertices whose size changed, and two rings around them.
+std::vector<char> changed(const Editor& editor, std::span<const double> before, std::span<const double> now) {
+    std::vector<char> active(before.size());
+    for (std::size_t v = 0; v < before.size(); ++v) active[v] = std::abs(now[v] - before[v]) > 1e-3 * before[v];
+    for (int ring = 0; ring < 2; ++ring) {
+        std::vector<char> wider = active;
+        for (int h = 0; h < 3 * editor.mesh().num_triangles(); ++h)
+            if (active[editor.mesh().origin(h)]) wider[editor.mesh().target(h)] = wider[editor.mesh().apex(h)] = 1;
+        active = std::move(wider);
+    }
+    return active;
+}
+
 SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& support, const Editor& editor) {
     SurfaceMesh result;
     const Connectivity& mesh = editor.mesh();
@@ -213,8 +226,10 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     clock.done("assembly");
     std::unique_ptr<OwnBackground> own;
     // Drafts until one is good enough, then the whole schedule, which may find something to mend again.
+    std::vector<char> active;
     for (bool draft = recheck && !options.fast;;) {
-        take_report(optimise(*editor, {.fast = draft || options.fast, .goal = options.goal}, clock), statistics);
+        take_report(optimise(*editor, {.fast = draft || options.fast, .goal = options.goal, .active = std::move(active)}, clock), statistics);
+        active.clear();
         result.mesh = export_mesh(surface, *support, *editor);
         const auto sizes = recheck ? recheck(result.mesh, draft ? MeshStage::Draft : MeshStage::Final) : std::nullopt;
         clock.done("check");
@@ -225,6 +240,7 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
             auto on_it = std::make_unique<TriangleSupport>(surface.support, surface.features, finer->control);
             editor = std::make_unique<Editor>(*on_it, with_sizes(editor->mesh(), editor->vertices(), *sizes), editor->mesh());
             support = std::move(on_it);
+            active = changed(*editor, result.mesh.sizes, *sizes);
             own = std::move(finer);
         } else if (draft) {
             draft = false;

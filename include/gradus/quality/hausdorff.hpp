@@ -39,6 +39,9 @@ class DistanceTarget {
     /// little, it is cut on and held against the closest ones. Parallel; the same for any number of threads.
     OneSidedDistance measure_from(const MeshView& from, const OneSidedOptions& options = {}) const;
 
+    /// Of one point. @param near  a triangle that is near it, or -1
+    double distance(const Eigen::Vector3d& p, int near = -1) const { return tree_.closest(p, near).distance; }
+
   private:
     friend class DistanceSearch;
     MeshView mesh_;
