@@ -15,6 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kNear2 = 1e-2;  // squared: a tenth of the way is near enough
 constexpr int kMostSteps = 3;
+constexpr int kKept = 4096;      // patches
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
 Eigen::Vector2d on_halfedge(int h, double s) {
@@ -27,7 +28,7 @@ Eigen::Vector2d on_halfedge(int h, double s) {
 }  // namespace
 
 TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control)
-    : surface_(surface), features_(features), control_(control), curve_of_(surface.mesh().num_vertices(), {-1, 0.0}) {
+    : surface_(surface), features_(features), control_(control), kept_(kKept), curve_of_(surface.mesh().num_vertices(), {-1, 0.0}) {
     const auto points = surface.points();
     for (const FeatureChain& chain : features.chains) {
         Curve curve{{0.0}, {}, chain.closed};
@@ -41,9 +42,15 @@ TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& f
     }
 }
 
+const GregoryPatch& TriangleSupport::patch(int triangle) const {
+    Kept& kept = kept_[triangle % kKept];
+    if (kept.triangle != triangle) kept = {triangle, surface_.patch(triangle)};
+    return kept.patch;
+}
+
 Foot TriangleSupport::foot(const Place& place) const {
     const auto& [triangle, uv] = place.at;
-    Foot foot{place, surface_.point(triangle, uv.x(), uv.y()), surface_.normal(triangle, uv.x(), uv.y()), 0};
+    Foot foot{place, patch(triangle).point(uv.x(), uv.y()), patch(triangle).normal(uv.x(), uv.y()), 0};
     foot.size = control_.size(foot.point, foot.place.cell);
     return foot;
 }
@@ -70,8 +77,8 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& tar
         else if (const int side = 3 * triangle + (k + 1) % 3; w[k] == 0 && mesh.twin(side) >= 0) try_from(mesh.twin(side) / 3);
     }
     if (best.barred) return std::nullopt;
-    Vector3d point = surface_.point(best.triangle, best.b, best.c), normal = surface_.normal(best.triangle, best.b, best.c);
-    const double goal2 = (target - surface_.point(triangle, uv.x(), uv.y())).squaredNorm();
+    Vector3d point = patch(best.triangle).point(best.b, best.c), normal = patch(best.triangle).normal(best.b, best.c);
+    const double goal2 = (target - patch(triangle).point(uv.x(), uv.y())).squaredNorm();
     Vector3d aim = target;
     for (int step = 0; step < kMostSteps; ++step) {
         const Vector3d miss = (target - point) - normal.dot(target - point) * normal;
@@ -80,8 +87,8 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& tar
         const auto next = surface_.walk(best.triangle, aim);
         if (next.barred) break;
         best = next;
-        point = surface_.point(best.triangle, best.b, best.c);
-        normal = surface_.normal(best.triangle, best.b, best.c);
+        point = patch(best.triangle).point(best.b, best.c);
+        normal = patch(best.triangle).normal(best.b, best.c);
     }
     Foot foot{{{best.triangle, {best.b, best.c}}, -1, 0, from.cell}, point, normal, 0};
     foot.size = control_.size(foot.point, foot.place.cell);
@@ -108,7 +115,7 @@ std::optional<Foot> TriangleSupport::slide(const Place& from, const Vector3d& ta
         const FeatureChain& chain = features_.chains[from.curve];
         const auto points = surface_.points();
         const Vector3d along = (points[chain.vertex(static_cast<int>(i) + 1)] - points[chain.vertex(static_cast<int>(i))]).stableNormalized();
-        const double t = place.t + along.dot(target - surface_.point(place.at.patch, place.at.uv.x(), place.at.uv.y()));
+        const double t = place.t + along.dot(target - patch(place.at.patch).point(place.at.uv.x(), place.at.uv.y()));
         if (!c.closed && !(t > 0 && t < c.end())) return std::nullopt;
         place = on_curve(from.curve, t, from.cell);
     }

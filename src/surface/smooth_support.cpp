@@ -158,43 +158,24 @@ Vector3d SmoothSupport::curve_point(int h, double s) const {
     return r * r * r * points_[mesh_->origin(h)] + 3 * r * r * s * from + 3 * r * s * s * to + s * s * s * points_[mesh_->target(h)];
 }
 
-// Where the vertices' normals say little of the facet, the facet says more.
-Vector3d SmoothSupport::normal(int triangle, double b, double c) const {
-    const Triangle v = mesh_->triangle(triangle);
-    const Vector3d facing = (points_[v[1]] - points_[v[0]]).cross(points_[v[2]] - points_[v[0]]).stableNormalized();
-    const auto corner = [&](int k) {
-        const Vector3d& n = corner_normal(triangle, k);
-        const double cosine = n.dot(facing);
-        if (cosine >= kNormalCosine) return n;
-        const Vector3d across = unit_or_zero(n - cosine * facing);
-        return Vector3d(kNormalCosine * facing + std::sqrt(1 - kNormalCosine * kNormalCosine) * across);
-    };
-    return ((1 - b - c) * corner(0) + b * corner(1) + c * corner(2)).stableNormalized();
-}
-
-Vector3d SmoothSupport::point(int triangle, double b, double c) const {
-    const std::array<double, 3> w{1 - b - c, b, c};
-    // Side k runs from corner k to corner k + 1.
-    std::array<Vector3d, 3> p;
-    std::array<std::array<Vector3d, 5>, 3> side;  // boundary as quartics
+GregoryPatch SmoothSupport::patch(int triangle) const {
+    GregoryPatch patch;
+    auto& [p, side, inner, normals] = patch;
     std::array<std::array<Vector3d, 4>, 3> cubic;
     for (int k = 0; k < 3; ++k) p[k] = points_[mesh_->origin(3 * triangle + k)];
     for (int k = 0; k < 3; ++k) {
         // Both triangles of an edge take the same cubic, to the last bit.
         const int h = 3 * triangle + k, g = mesh_->twin(h);
-        Handles inner;
+        Handles on_edge;
         if (g >= 0 && g < h) {
             const Handles other = handles(g);
-            inner = {other.to, other.from};
+            on_edge = {other.to, other.from};
         } else {
-            inner = handles(h);
+            on_edge = handles(h);
         }
-        cubic[k] = {p[k], inner.from, inner.to, p[(k + 1) % 3]};
-        const auto& q = cubic[k];
-        side[k] = {q[0], (q[0] + 3 * q[1]) / 4, (q[1] + q[2]) / 2, (3 * q[2] + q[3]) / 4, q[3]};
+        const auto& q = cubic[k] = {p[k], on_edge.from, on_edge.to, p[(k + 1) % 3]};
+        side[k] = {(q[0] + 3 * q[1]) / 4, (q[1] + q[2]) / 2, (3 * q[2] + q[3]) / 4};
     }
-    // inner[k][0], inner[k][1]: the inner control points beside side k, near its start and its end.
-    std::array<std::array<Vector3d, 2>, 3> inner;
     for (int k = 0; k < 3; ++k) {
         const auto& q = cubic[k];
         const auto& edge = side[k];
@@ -202,11 +183,11 @@ Vector3d SmoothSupport::point(int triangle, double b, double c) const {
         const Vector3d a0 = unit_or_zero(corner_normal(triangle, k).cross(w0)), a2 = unit_or_zero(corner_normal(triangle, (k + 1) % 3).cross(w2));
         const Vector3d a1 = unit_or_zero(a0 + a2);
         // First row beside the side: known at its ends, where it belongs to the two other sides.
-        const Vector3d d0 = side[(k + 2) % 3][3] - (edge[0] + edge[1]) / 2, d3 = side[(k + 1) % 3][1] - (edge[3] + edge[4]) / 2;
+        const Vector3d d0 = side[(k + 2) % 3][2] - (q[0] + edge[0]) / 2, d3 = side[(k + 1) % 3][0] - (edge[2] + q[3]) / 2;
         const double n0 = w0.squaredNorm(), n2 = w2.squaredNorm();
         const double l0 = n0 > 0 ? d0.dot(w0) / n0 : 0, l1 = n2 > 0 ? d3.dot(w2) / n2 : 0, m0 = d0.dot(a0), m1 = d3.dot(a2);
-        inner[k][0] = (edge[1] + edge[2]) / 2 + (l1 * w0 + 2 * l0 * w1 + m1 * a0 + 2 * m0 * a1) / 3;
-        inner[k][1] = (edge[2] + edge[3]) / 2 + (2 * l1 * w1 + l0 * w2 + 2 * m1 * a1 + m0 * a2) / 3;
+        inner[k][0] = (edge[0] + edge[1]) / 2 + (l1 * w0 + 2 * l0 * w1 + m1 * a0 + 2 * m0 * a1) / 3;
+        inner[k][1] = (edge[1] + edge[2]) / 2 + (2 * l1 * w1 + l0 * w2 + 2 * m1 * a1 + m0 * a2) / 3;
     }
     // Control points of a fair patch lie over those of the facet, not far off it; what tangents that disagree would throw farther
     // is held back, else the patch folds or leaves its facet.
@@ -224,11 +205,23 @@ Vector3d SmoothSupport::point(int triangle, double b, double c) const {
             inner[k][i] = flat / 4 + off + std::clamp(height, -most, most) * facing;
         }
     }
+    // Where the vertices' normals say little of the facet, the facet says more.
+    for (int k = 0; k < 3; ++k) {
+        normals[k] = corner_normal(triangle, k);
+        const double cosine = normals[k].dot(facing);
+        if (cosine >= kNormalCosine) continue;
+        normals[k] = kNormalCosine * facing + std::sqrt(1 - kNormalCosine * kNormalCosine) * unit_or_zero(normals[k] - cosine * facing);
+    }
+    return patch;
+}
+
+Vector3d GregoryPatch::point(double b, double c) const {
+    const std::array<double, 3> w{1 - b - c, b, c};
     const auto pow2 = [](double x) { return x * x; };
     Vector3d sum = Vector3d::Zero();
     for (int k = 0; k < 3; ++k) {
         const double x = w[k], y = w[(k + 1) % 3], z = w[(k + 2) % 3];
-        sum += pow2(x * x) * p[k] + 4 * x * y * (x * x * side[k][1] + y * y * side[k][3]) + 6 * pow2(x * y) * side[k][2];
+        sum += pow2(x * x) * corner[k] + 4 * x * y * (x * x * side[k][0] + y * y * side[k][2]) + 6 * pow2(x * y) * side[k][1];
         // Near corner k: from the side that leaves it and the one that reaches it.
         const double share = y + z > 0 ? y / (y + z) : 0.5;
         sum += 12 * x * x * y * z * (share * inner[k][0] + (1 - share) * inner[(k + 2) % 3][1]);

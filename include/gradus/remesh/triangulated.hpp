@@ -10,7 +10,7 @@
 namespace gradus {
 
 /// The smooth surface over a triangulation, its feature curves and sizes. A place is a triangle with the barycentric coordinates of
-/// corners 1 and 2; a feature curve is a chain with its arc length along the edges.
+/// corners 1 and 2; a feature curve is a chain with its arc length along the edges. Not for several threads at once.
 class TriangleSupport final : public Support {
   public:
     /// All must outlive this.
@@ -32,11 +32,18 @@ class TriangleSupport final : public Support {
     };
     Place on_curve(int curve, double t, int cell) const;
     Foot foot(const Place& place) const;
+    const GregoryPatch& patch(int triangle) const;
 
     const SmoothSupport& surface_;
     const Features& features_;
     const ControlSpace& control_;
     std::vector<Curve> curves_;
+    // Patches that were asked for last: the operations stay in one place for long. So only one thread may use it.
+    struct Kept {
+        int triangle = -1;
+        GregoryPatch patch;
+    };
+    mutable std::vector<Kept> kept_;
     std::vector<std::pair<int, double>> curve_of_;  // of each vertex inside a chain: chain and arc length; else -1
 };
 

@@ -3,11 +3,24 @@
 
 #include "gradus/mesh/features.hpp"
 
+#include <array>
 #include <limits>
 #include <span>
 #include <vector>
 
 namespace gradus {
+
+/// The part of the surface over one triangle: control points of a quartic whose inner three follow the nearest sides [Gregory].
+struct GregoryPatch {
+    std::array<Eigen::Vector3d, 3> corner;
+    std::array<std::array<Eigen::Vector3d, 3>, 3> side;   ///< those between the ends of side k, from corner k to k + 1
+    std::array<std::array<Eigen::Vector3d, 2>, 3> inner;  ///< beside side k, near its start and its end
+    std::array<Eigen::Vector3d, 3> normals;               ///< of the corners
+
+    Eigen::Vector3d point(double b, double c) const;
+    /// Unit; interpolated between the corners.
+    Eigen::Vector3d normal(double b, double c) const { return ((1 - b - c) * normals[0] + b * normals[1] + c * normals[2]).stableNormalized(); }
+};
 
 /// One quartic Gregory patch per triangle, bounded by cubic curves, with the tangent planes given at the vertices. Neighbours
 /// meet with one tangent plane along their edge [Walton, Meek 1996], except at features, where they share only the curve.
@@ -24,9 +37,8 @@ class SmoothSupport {
     SmoothSupport(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, const Features& features, const Wedges& wedges,
                   std::vector<Eigen::Vector3d> normals, const Options& options);
 
-    Eigen::Vector3d point(int triangle, double b, double c) const;
-    /// Unit; interpolated between the corners.
-    Eigen::Vector3d normal(int triangle, double b, double c) const;
+    GregoryPatch patch(int triangle) const;
+    Eigen::Vector3d point(int triangle, double b, double c) const { return patch(triangle).point(b, c); }
     /// At corner k of a triangle, on its side of features.
     const Eigen::Vector3d& corner_normal(int triangle, int k) const { return normals_[wedges_->of_corner[3 * triangle + k]]; }
     /// Point of the curve over half-edge h, s in [0, 1] from its origin.
