@@ -130,6 +130,7 @@ std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const
     options.features.sharp_angle = std::max(options.features.sharp_angle, options.features.angle);
     options.label_borders = !choice.no_label_borders;
     if (sizing.chord_error) {
+        options.features.scale = *sizing.chord_error;
         // Curvatures that ask for elements larger than any allowed need no precision.
         Eigen::AlignedBox3d box;
         for (const Eigen::Vector3d& p : soup.points) box.extend(p);
@@ -168,7 +169,8 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
             return stage == MeshStage::Draft ? keeper.refine_draft(draft, kDraftShare * *mesh.chord_error) : keeper.refine(draft, *mesh.chord_error);
         };
     mesh.result = stages.run("meshing", [&] { return remesh(whole, control, map.cells, options, recheck); });
-    stages.run("distance", [&] { keeper.measure(mesh.result.mesh, 0, kPrecision); });
+    // With a chord error the last check has measured it.
+    if (!mesh.chord_error) stages.run("distance", [&] { keeper.measure(mesh.result.mesh, 0, kPrecision); });
     return mesh;
 }
 
@@ -183,8 +185,8 @@ std::string text_of(const std::string& path, const Triangulation& surface) {
 
 std::string text_of(const TriangulatedMesh& mesh, double diagonal) {
     const Deviation& d = mesh.deviation;
-    std::string text = fmt::format("distance: {:.4g} from the input to the mesh, {:.4g} back ({:.3g} of the diagonal)", d.from_input.largest, d.from_mesh.largest,
-                                   d.largest() / diagonal);
+    std::string text = fmt::format("distance: at most {:.4g} from the input to the mesh, {:.4g} back ({:.3g} of the diagonal)", d.from_input.bound,
+                                   d.from_mesh.bound, d.bound() / diagonal);
     if (mesh.chord_error)
         text += fmt::format("; {:.4g} asked for, {}, sizes lowered {} times", *mesh.chord_error, mesh.kept() ? "kept" : "NOT kept", mesh.refinements);
     return text + "\n";

@@ -1,5 +1,7 @@
 #include "gradus/mesh/features.hpp"
 
+#include "disjoint_sets.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +11,7 @@ namespace gradus {
 namespace {
 
 constexpr int kReach = 3;                // edges on either side that tell a corner from a jag
+constexpr double kRelief = 0.15;         // of the scale
 constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
 
 using Points = std::span<const Eigen::Vector3d>;
@@ -32,6 +35,7 @@ class Finder {
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
             if (kind_[h] == kCrease || kind_[h] == kCertain) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
         drop_short();
+        drop_small_trees();
     }
 
     Features chains(std::span<const int> known_corners) {
@@ -91,8 +95,40 @@ class Finder {
             const double turn = turn_about(axis, n, m);
             if (std::abs(turn) < options_.weak_angle) continue;
             if (std::abs(turn) < options_.sharp_angle && turns_on(normals, axis, turn, h) && turns_on(normals, axis, turn, g)) continue;
+            if (options_.scale > 0 && relief(normals, h) < kRelief * options_.scale) continue;
             kind_[h] = std::abs(turn) >= options_.angle ? kCrease : kWeak;
         }
+    }
+
+    // How far the middle of an edge lies from the line between the points at `scale` to either side, straight over the facets.
+    double relief(const std::vector<Eigen::Vector3d>& normals, int h) const {
+        const Eigen::Vector3d middle = (points_[mesh_.origin(h)] + points_[mesh_.target(h)]) / 2;
+        const Eigen::Vector3d a = straight_from(normals, h, middle), b = straight_from(normals, mesh_.twin(h), middle), ab = b - a;
+        const double length2 = ab.squaredNorm(), t = length2 > 0 ? std::clamp((middle - a).dot(ab) / length2, 0.0, 1.0) : 0;
+        return (a + t * ab - middle).norm();
+    }
+
+    Eigen::Vector3d straight_from(const std::vector<Eigen::Vector3d>& normals, int entry, Eigen::Vector3d at) const {
+        constexpr int kMostTriangles = 200;
+        double left = options_.scale;
+        const auto direction = [&](int h) { return along(mesh_.origin(h), mesh_.target(h)); };
+        const auto inward = [&](int h) { return Eigen::Vector3d(normals[h / 3].cross(direction(h))); };
+        Eigen::Vector3d way = inward(entry);
+        for (int step = 0; step < kMostTriangles; ++step) {
+            int exit = -1;
+            double first = left;
+            for (const int h : {Connectivity::next(entry), Connectivity::prev(entry)}) {
+                const double speed = -way.dot(inward(h)), room = (at - points_[mesh_.origin(h)]).dot(inward(h));
+                if (speed > 0 && std::max(room, 0.0) < first * speed) first = std::max(room, 0.0) / speed, exit = h;
+            }
+            at += first * way;
+            left -= first;
+            if (exit < 0 || mesh_.twin(exit) < 0 || normals[mesh_.twin(exit) / 3].isZero()) return at;
+            const double ahead = way.dot(direction(exit)), across = std::max(0.0, -way.dot(inward(exit)));
+            entry = mesh_.twin(exit);
+            way = -ahead * direction(entry) + across * inward(entry);
+        }
+        return at;
     }
 
     static double turn_about(const Eigen::Vector3d& axis, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
@@ -165,6 +201,40 @@ class Finder {
                 --degree_[mesh_.target(e)];
             }
         }
+    }
+
+    void drop_small_trees() {
+        struct Network {
+            int edges = 0, vertices = 0;
+            double length = 0;
+            bool certain = false;
+        };
+        DisjointSets sets(mesh_.num_vertices());
+        const auto edges = [&](const auto& use) {
+            for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
+                if (kind_[h] >= kCrease) use(h);
+        };
+        edges([&](int h) { sets.unite(mesh_.origin(h), mesh_.target(h)); });
+        std::vector<Network> networks(mesh_.num_vertices());
+        Eigen::AlignedBox3d box;
+        for (int v = 0; v < mesh_.num_vertices(); ++v) {
+            if (degree_[v] > 0) ++networks[sets.find(v)].vertices;
+            if (mesh_.is_live_vertex(v)) box.extend(points_[v]);
+        }
+        edges([&](int h) {
+            Network& network = networks[sets.find(mesh_.origin(h))];
+            ++network.edges;
+            network.length += (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm();
+            network.certain = network.certain || kind_[h] == kCertain;
+        });
+        const double shortest = options_.shortest_tree * box.diagonal().norm();
+        edges([&](int h) {
+            const Network& network = networks[sets.find(mesh_.origin(h))];
+            if (network.certain || network.edges >= network.vertices || network.length >= shortest) return;
+            kind_[h] = kNone;
+            --degree_[mesh_.origin(h)];
+            --degree_[mesh_.target(h)];
+        });
     }
 
     std::array<int, 2> neighbours(int v) const {

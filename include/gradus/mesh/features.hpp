@@ -16,6 +16,9 @@ struct FeatureOptions {
     double weak_angle = 0.436;  ///< from which it continues one: 25 degrees
     /// Creases that end freely and have fewer edges than this are noise, and left out.
     int shortest = 5;
+    /// Creases that hang together without closing a loop are noise too where they are shorter than this in all, over the diagonal.
+    double shortest_tree = 0.05;
+    double scale = 0;  ///< creases that rise less than about a seventh of this length, over this length to both sides, are none; 0: all count
     double corner_angle = 0.785;  ///< turn of a feature curve from which its vertex is a corner, radians: 45 degrees
 };
 
