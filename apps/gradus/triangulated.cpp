@@ -16,9 +16,9 @@ namespace gradus::app {
 
 namespace {
 
-constexpr double kChordShare = 0.5;    // of the chord error that sizes ask of edges: triangles are farther off than their edges
+constexpr double kChordShare = 0.4;    // of the chord error that sizes ask of edges: triangles are farther off than their edges
 constexpr double kBulgeShare = 0.2;    // that the smooth surface may be off the triangulation
-constexpr int kMostDrafts = 4, kMostRefinements = 16;
+constexpr int kMostDrafts = 2, kMostRefinements = 16;
 constexpr double kDraftShare = 0.85;   // of it that drafts keep
 constexpr double kGoal = 0.8;          // of the chord error, aimed at where it was not kept
 constexpr double kSteepest = 0.35, kLeast = 0.85;  // change of sizes there

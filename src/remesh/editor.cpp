@@ -43,8 +43,8 @@ void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen
     const double k = (2 / 1.7320508075688772) / (x.g * a.g * b.g), m = k * twice_area;
     const SizeTerm size = size_term(m);
     double value = shape + kSizeWeight * size.value;
-    const auto turn = [&](const Vertex& w) { return w.crease ? twice_area : n.dot(w.n); };
-    const double cosine = std::min({turn(x), turn(a), turn(b)}) * i;
+    const Eigen::Vector3d facing = n * i;
+    const double cosine = std::min({agreement(x, facing), agreement(a, facing), agreement(b, facing)});
     if (cosine < kFoldCosine) {
         value += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
         sum.folded = true;
@@ -312,7 +312,6 @@ int Editor::split(int h) {
         };
         take_foot(m, support_.middle(chain, foot(va), foot(vb)));
         m.bound = Bound::Curve;
-        m.crease = mesh_.twin(h) >= 0;
     } else {
         const Eigen::Vector3d middle = (va.p + vb.p) / 2;
         const bool from_b = va.bound != Bound::Free && vb.bound == Bound::Free;

@@ -23,8 +23,21 @@ struct alignas(64) Vertex {
     double g = 1;  // h^(2/3): the mean h^2 of a triangle is the product of three
     Place place;
     Bound bound = Bound::Free;
-    bool crease = false;  // two normals: not held against its triangles
+    // Cosine of the angle between n and the normals that the surface has here: 1 where it has one, less on creases, and kAnyNormal
+    // at corners, which are not held against their triangles.
+    float lean = 1;
 };
+inline constexpr float kAnyNormal = -1;
+inline constexpr float kSharpest = 0.2F;  // two sides that meet like a blade say nothing of what lies between
+
+// Cosine of the angle between a unit normal and the nearest that the surface has at a vertex.
+inline double agreement(const Vertex& v, const Eigen::Vector3d& n) {
+    const double cosine = n.dot(v.n);
+    if (v.lean == 1) return cosine;
+    if (v.lean < kSharpest || cosine >= v.lean) return 1;
+    const double lean = v.lean;
+    return cosine * lean + std::sqrt(std::max(0.0, (1 - cosine * cosine) * (1 - lean * lean)));
+}
 
 inline void take_foot(Vertex& v, const Foot& foot) {
     v.place = foot.place;
@@ -32,6 +45,7 @@ inline void take_foot(Vertex& v, const Foot& foot) {
     v.n = foot.normal;
     v.h = foot.size;
     v.g = std::cbrt(foot.size * foot.size);
+    v.lean = static_cast<float>(foot.lean);
 }
 
 // Energy of a triangle: 1 / (area-length quality), plus a term that is 0 where its area is the one asked for, plus a penalty where
@@ -63,8 +77,8 @@ inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c)
     const double lengths = e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm();
     const double m = twice_area * (2 / 1.7320508075688772) / (a.g * b.g * c.g);
     double energy = lengths / (2 * 1.7320508075688772 * twice_area) + kSizeWeight * size_term(m).value;
-    const auto turn = [&](const Vertex& v) { return v.crease ? twice_area : n.dot(v.n); };
-    const double cosine = std::min({turn(a), turn(b), turn(c)}) / twice_area;
+    const Eigen::Vector3d facing = n / twice_area;
+    const double cosine = std::min({agreement(a, facing), agreement(b, facing), agreement(c, facing)});
     if (cosine < kFoldCosine) energy += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
     return energy;
 }

@@ -285,7 +285,7 @@ std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& 
             vertices[v] = vertex_from(support.foot(*junction));
             vertices[v].bound = Bound::Curve;
         }
-        vertices[v].crease = on_crease[v];
+        if (on_crease[v] && vertices[v].bound == Bound::Fixed) vertices[v].lean = kAnyNormal;
     }
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
         const bool feature = is_feature(model.curves()[c].kind);
@@ -294,7 +294,6 @@ std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& 
             Vertex& v = vertices[shared.on_curve(model, c, i)];
             v = vertex_from(support.foot({at, feature ? c : -1, shared.t[c][i], control.locate(at)}));
             v.bound = feature ? Bound::Curve : Bound::Free;
-            v.crease = model.curves()[c].kind == CurveKind::Crease;
         }
     }
     for (int p = 0; p < model.num_patches(); ++p) {

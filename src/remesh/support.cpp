@@ -34,9 +34,18 @@ constexpr double kStraight = 0.966;  // cosine of 15 degrees: curves that meet w
 
 }  // namespace
 
+void between_sides(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Foot& foot) {
+    const Eigen::Vector3d sum = a + b;
+    const double length = sum.norm();
+    foot.normal = length > 0 ? Eigen::Vector3d(sum / length) : a;
+    foot.lean = length / 2;
+}
+
 Foot PatchSupport::foot(Place place) const {
     Foot foot{place, model_.position(place.at), model_.normal(place.at), 0};
     foot.size = control_.size(foot.point, foot.place.cell);
+    if (place.curve >= 0 && model_.curves()[place.curve].kind == CurveKind::Crease)
+        between_sides(model_.normal(model_.on_curve(place.curve, 0, place.t)), model_.normal(model_.on_curve(place.curve, 1, place.t)), foot);
     return foot;
 }
 

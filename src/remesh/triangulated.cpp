@@ -52,6 +52,13 @@ Foot TriangleSupport::foot(const Place& place) const {
     const auto& [triangle, uv] = place.at;
     Foot foot{place, patch(triangle).point(uv.x(), uv.y()), patch(triangle).normal(uv.x(), uv.y()), 0};
     foot.size = control_.size(foot.point, foot.place.cell);
+    if (place.curve < 0) return foot;
+    // The same point of the curve as the triangle on the other side has it.
+    const auto [h, s] = edge_at(place.curve, place.t);
+    if (const int g = surface_.mesh().twin(h); g >= 0) {
+        const Eigen::Vector2d here = on_halfedge(h, s), there = on_halfedge(g, 1 - s);
+        between_sides(patch(h / 3).normal(here.x(), here.y()), patch(g / 3).normal(there.x(), there.y()), foot);
+    }
     return foot;
 }
 
@@ -95,16 +102,22 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& tar
     return foot;
 }
 
-Place TriangleSupport::on_curve(int curve, double t, int cell) const {
+// The half-edge under a place of a curve, and how far along it.
+std::pair<int, double> TriangleSupport::edge_at(int curve, double t) const {
     const Curve& c = curves_[curve];
-    if (c.closed) t -= c.end() * std::floor(t / c.end());
     const auto edges = static_cast<int>(c.halfedges.size());
     const int i = std::clamp(static_cast<int>(std::upper_bound(c.length.begin(), c.length.end(), t) - c.length.begin()) - 1, 0, edges - 1);
     const double length = c.length[i + 1] - c.length[i];
     const double s = length > 0 ? std::clamp((t - c.length[i]) / length, 0.0, 1.0) : 0;
     const int h = c.halfedges[i];
-    const bool forward = surface_.mesh().origin(h) == features_.chains[curve].vertex(i);
-    return {{h / 3, on_halfedge(h, forward ? s : 1 - s)}, curve, t, cell};
+    return {h, surface_.mesh().origin(h) == features_.chains[curve].vertex(i) ? s : 1 - s};
+}
+
+Place TriangleSupport::on_curve(int curve, double t, int cell) const {
+    const Curve& c = curves_[curve];
+    if (c.closed) t -= c.end() * std::floor(t / c.end());
+    const auto [h, s] = edge_at(curve, t);
+    return {{h / 3, on_halfedge(h, s)}, curve, t, cell};
 }
 
 std::optional<Foot> TriangleSupport::slide(const Place& from, const Vector3d& target) const {
@@ -154,10 +167,10 @@ std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const Tri
         x.p = surface.support.points()[v];
         if (surface.features.corner[v]) x.bound = Bound::Fixed;
         else if (x.place.curve >= 0) x.bound = Bound::Curve;
-        if (x.bound == Bound::Free) continue;
+        if (x.bound != Bound::Fixed) continue;
         int sides = 0;
         mesh.for_each_outgoing(v, [&](int h) { sides += mesh.tag(h) >= 0; });
-        x.crease = sides > 1;
+        if (sides > 1) x.lean = kAnyNormal;
     }
     return vertices;
 }

@@ -20,9 +20,13 @@ struct Place {
 struct Foot {
     Place place;
     Eigen::Vector3d point;
-    Eigen::Vector3d normal;  ///< unit, outward
+    Eigen::Vector3d normal;  ///< unit, outward; on a crease between those of its two sides
     double size;
+    double lean = 1;         ///< cosine of the angle from there to either side's
 };
+
+/// Gives a foot on a crease its normal, from those of the two sides.
+void between_sides(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Foot& foot);
 
 class Support {
   public:

@@ -30,6 +30,7 @@ class TriangleSupport final : public Support {
 
         double end() const { return length.back(); }
     };
+    std::pair<int, double> edge_at(int curve, double t) const;
     Place on_curve(int curve, double t, int cell) const;
     Foot foot(const Place& place) const;
     const GregoryPatch& patch(int triangle) const;
