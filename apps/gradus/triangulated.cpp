@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -20,6 +21,8 @@ constexpr double kChordShare = 0.4;    // of the chord error that sizes ask of e
 constexpr double kBulgeShare = 0.2;    // that the smooth surface may be off the triangulation
 constexpr int kMostDrafts = 2, kMostRefinements = 16;
 constexpr double kDraftShare = 0.85;   // of it that drafts keep
+constexpr int kMostInVain = 3;
+constexpr double kProgress = 0.95;
 constexpr double kGoal = 0.8;          // of the chord error, aimed at where it was not kept
 constexpr double kSteepest = 0.35, kLeast = 0.85;  // change of sizes there
 constexpr double kCoarsePrecision = 0.1;  // of those that tell how far to lower sizes
@@ -59,6 +62,12 @@ class Keeper {
         std::vector<std::pair<int, double>> far;
         for (const TooFar& f : mesh_.deviation.from_mesh.beyond) far.emplace_back(f.triangle, f.distance);
         for (const TooFar& f : mesh_.deviation.from_input.beyond) far.emplace_back(f.nearest, f.distance);
+        // Where neither their number nor their distance falls, smaller elements do not help.
+        const bool better = far.size() < fewest_ || mesh_.deviation.bound() < kProgress * nearest_;
+        fewest_ = std::min(fewest_, far.size());
+        nearest_ = std::min(nearest_, mesh_.deviation.bound());
+        in_vain_ = better ? 0 : in_vain_ + 1;
+        if (in_vain_ == kMostInVain) return std::nullopt;
         return lowered(mesh, far, chord_error);
     }
 
@@ -106,6 +115,9 @@ class Keeper {
     double hmin_;
     TriangulatedMesh& mesh_;
     DistanceTarget target_;
+    std::size_t fewest_ = std::numeric_limits<std::size_t>::max();  // triangles that were too far
+    double nearest_ = std::numeric_limits<double>::infinity();      // largest distance
+    int in_vain_ = 0;                                               // rounds since either fell
 };
 
 }  // namespace
