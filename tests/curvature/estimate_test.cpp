@@ -1,9 +1,10 @@
 // Curvature of triangulations against surfaces that have it in closed form.
 #include "gradus/curvature/estimate.hpp"
 
+#include <tbb/global_control.h>
+
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
-#include <tbb/global_control.h>
 
 #include "gradus/surface/smooth_support.hpp"
 #include "support/triangulations.hpp"
@@ -34,7 +35,8 @@ template <class Exact>
 double largest_error(const Mesh& mesh, const Exact& exact) {
     const Estimated e = estimated(mesh);
     double largest = 0;
-    for (int w = 0; w < e.wedges.size(); ++w) largest = std::max(largest, std::abs(e.curvature[w].k1 - exact(mesh.points[e.wedges.vertex[w]])));
+    for (int w = 0; w < e.wedges.size(); ++w)
+        largest = std::max(largest, std::abs(e.curvature[w].k1 - exact(mesh.points[e.wedges.vertex[w]])));
     return largest;
 }
 
@@ -58,7 +60,9 @@ std::vector<double> radius_errors(const Mesh& mesh, double radius) {
     return errors;
 }
 
-double quantile(const std::vector<double>& sorted, double share) { return sorted[static_cast<std::size_t>(share * double(sorted.size() - 1))]; }
+double quantile(const std::vector<double>& sorted, double share) {
+    return sorted[static_cast<std::size_t>(share * double(sorted.size() - 1))];
+}
 
 }  // namespace
 
@@ -76,7 +80,8 @@ TEST_CASE("curvature of spheres, ellipsoids and tori converges with the square o
     SECTION("ellipsoid") {
         const Vector3d axes(1, 1.3, 0.8);
         const auto exact = [&](const Vector3d& p) { return ellipsoid_k1(axes, p); };
-        const double a = largest_error(ellipsoid(4, axes), exact), b = largest_error(ellipsoid(5, axes), exact), c = largest_error(ellipsoid(6, axes), exact);
+        const double a = largest_error(ellipsoid(4, axes), exact), b = largest_error(ellipsoid(5, axes), exact),
+                     c = largest_error(ellipsoid(6, axes), exact);
         CAPTURE(a, b, c);
         CHECK(a / c > 9);
         CHECK(c < 0.01);
@@ -196,5 +201,6 @@ TEST_CASE("curvature is the same to the last bit for one and two threads", "[pro
     const auto one = with(1), two = with(2);
     REQUIRE(one.size() == two.size());
     for (std::size_t w = 0; w < one.size(); ++w)
-        CHECK((one[w].k1 == two[w].k1 && one[w].k2 == two[w].k2 && one[w].normal == two[w].normal && one[w].error == two[w].error && one[w].rings == two[w].rings));
+        CHECK((one[w].k1 == two[w].k1 && one[w].k2 == two[w].k2 && one[w].normal == two[w].normal && one[w].error == two[w].error &&
+               one[w].rings == two[w].rings));
 }

@@ -1,9 +1,10 @@
 // Distances that hold everywhere, against sampling and against surfaces whose distance is known.
 #include "gradus/quality/hausdorff.hpp"
 
+#include <tbb/global_control.h>
+
 #include <catch2/catch.hpp>
 #include <set>
-#include <tbb/global_control.h>
 
 #include "support/triangulations.hpp"
 
@@ -28,7 +29,8 @@ double sampled(const Mesh& target, const Mesh& from, int triangle, int n) {
     for (int i = 0; i <= n; ++i)
         for (int j = 0; i + j <= n; ++j) {
             const double b = double(i) / n, c = double(j) / n;
-            largest = std::max(largest, brute_distance(target, (1 - b - c) * from.points[t[0]] + b * from.points[t[1]] + c * from.points[t[2]]));
+            largest =
+                std::max(largest, brute_distance(target, (1 - b - c) * from.points[t[0]] + b * from.points[t[1]] + c * from.points[t[2]]));
         }
     return largest;
 }
@@ -81,8 +83,10 @@ TEST_CASE("the point that is farthest lies on the surface", "[property]") {
 }
 
 TEST_CASE("a plane that was shifted is exactly as far away", "[exact]") {
-    const Mesh plane = triangulations::graph(6, [](double, double) { return 0; }, 0.3);
-    Mesh above = triangulations::graph(9, [](double, double) { return 0.125; }, 0.3, 8);
+    const Mesh plane = triangulations::graph(
+        6, [](double, double) { return 0; }, 0.3);
+    Mesh above = triangulations::graph(
+        9, [](double, double) { return 0.125; }, 0.3, 8);
     const OneSidedDistance d = DistanceTarget(plane.view()).measure_from(above.view());
     CHECK(d.largest == Approx(0.125).epsilon(1e-12));
     CHECK(d.bound >= 0.125);
@@ -123,7 +127,9 @@ TEST_CASE("a spike is far from the plane, and the plane is near to the spike", "
 TEST_CASE("a hole is found from the surface that has none", "[exact]") {
     const Mesh whole = testing::square(20);
     Mesh open = whole;
-    std::erase_if(open.triangles, [&](const Triangle& t) { return ((whole.points[t[0]] + whole.points[t[1]] + whole.points[t[2]]) / 3 - Vector3d(.5, .5, 0)).norm() < 0.3; });
+    std::erase_if(open.triangles, [&](const Triangle& t) {
+        return ((whole.points[t[0]] + whole.points[t[1]] + whole.points[t[2]]) / 3 - Vector3d(.5, .5, 0)).norm() < 0.3;
+    });
     CHECK(DistanceTarget(whole.view()).measure_from(open.view()).bound < 1e-9);
     const OneSidedDistance d = DistanceTarget(open.view()).measure_from(whole.view());
     CHECK(d.largest > 0.2);
@@ -149,7 +155,8 @@ TEST_CASE("with a limit, the bound is within it exactly where no triangle is bey
             CHECK(far.distance > limit);
             CHECK(brute_distance(b, far.point) == Approx(far.distance).epsilon(1e-9));
             const Triangle& t = b.triangles[far.nearest];
-            CHECK((far.point - closest_point(far.point, b.points[t[0]], b.points[t[1]], b.points[t[2]])).norm() == Approx(far.distance).epsilon(1e-9));
+            CHECK((far.point - closest_point(far.point, b.points[t[0]], b.points[t[1]], b.points[t[2]])).norm() ==
+                  Approx(far.distance).epsilon(1e-9));
         }
         CHECK(std::is_sorted(d.beyond.begin(), d.beyond.end(), [](const TooFar& x, const TooFar& y) { return x.triangle < y.triangle; }));
         for (int t = 0; t < static_cast<int>(a.triangles.size()); ++t)
@@ -158,7 +165,9 @@ TEST_CASE("with a limit, the bound is within it exactly where no triangle is bey
 }
 
 TEST_CASE("a sphere is as far from its inscribed triangulation as its facets are deep", "[property]") {
-    const Mesh coarse = triangulations::sphere(3), fine = triangulations::halved(triangulations::halved(coarse, triangulations::sphere_known(1)), triangulations::sphere_known(1));
+    const Mesh coarse = triangulations::sphere(3),
+               fine =
+                   triangulations::halved(triangulations::halved(coarse, triangulations::sphere_known(1)), triangulations::sphere_known(1));
     double deepest = 0;
     for (const Triangle& t : coarse.triangles) {
         const Vector3d n = (coarse.points[t[1]] - coarse.points[t[0]]).cross(coarse.points[t[2]] - coarse.points[t[0]]).normalized();

@@ -122,7 +122,8 @@ TEST_CASE("a cube keeps its corners, and its edges to the last digits", "[exact]
                     from[axis] = 0, to[axis] = 1;
                     from[(axis + 1) % 3] = to[(axis + 1) % 3] = s;
                     from[(axis + 2) % 3] = to[(axis + 2) % 3] = t;
-                    if (distance_to_segment(p, from, to) < 1e-12 && distance_to_segment(q, from, to) < 1e-12) lengths[edge] += (p - q).norm(), ++found;
+                    if (distance_to_segment(p, from, to) < 1e-12 && distance_to_segment(q, from, to) < 1e-12)
+                        lengths[edge] += (p - q).norm(), ++found;
                     ++edge;
                 }
         CHECK(found == 1);
@@ -174,7 +175,8 @@ TEST_CASE("an open sheet keeps its boundary and the corners of it", "[property]"
 }
 
 TEST_CASE("labels are kept, and their border is no edge that is crossed", "[property]") {
-    TriangleSoup soup = triangulations::soup(triangulations::graph(12, [](double, double) { return 0; }, 0));
+    TriangleSoup soup = triangulations::soup(triangulations::graph(
+        12, [](double, double) { return 0; }, 0));
     for (const Triangle& t : soup.triangles)
         soup.labels.push_back((soup.points[t[0]] + soup.points[t[1]] + soup.points[t[2]]).x() / 3 < 0.5 ? 4 : 9);
     const Triangulation surface(std::move(soup));
@@ -193,7 +195,8 @@ TEST_CASE("labels are kept, and their border is no edge that is crossed", "[prop
 
 TEST_CASE("the same surface and sizes give the same mesh of a triangulation to the last bit", "[property]") {
     const Triangulation surface(triangulations::soup(triangulations::capped_cylinder(24, 6, 1, 2, 3)));
-    const SurfaceMesh a = remeshed(surface, uniform(0.25), {.threads = 1}).result.mesh, b = remeshed(surface, uniform(0.25), {.threads = 2}).result.mesh;
+    const SurfaceMesh a = remeshed(surface, uniform(0.25), {.threads = 1}).result.mesh,
+                      b = remeshed(surface, uniform(0.25), {.threads = 2}).result.mesh;
     CHECK(a.points == b.points);
     CHECK(a.triangles == b.triangles);
     CHECK(a.sizes == b.sizes);

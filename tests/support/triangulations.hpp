@@ -1,11 +1,11 @@
 /// Triangulations of surfaces with equations: irregular on purpose, always the same.
 #pragma once
 
-#include "gradus/mesh/soup.hpp"
-#include "quality/meshes.hpp"
-
 #include <functional>
 #include <map>
+
+#include "gradus/mesh/soup.hpp"
+#include "quality/meshes.hpp"
 
 namespace gradus::triangulations {
 
@@ -19,7 +19,8 @@ struct Known {
 };
 
 inline Known sphere_known(double radius) {
-    return {[=](const Eigen::Vector3d& p) { return Eigen::Vector3d(radius * p.normalized()); }, [](const Eigen::Vector3d& p) { return p.normalized(); }};
+    return {[=](const Eigen::Vector3d& p) { return Eigen::Vector3d(radius * p.normalized()); },
+            [](const Eigen::Vector3d& p) { return p.normalized(); }};
 }
 
 inline Known torus_known(double major, double minor) {
@@ -39,7 +40,8 @@ inline Mesh halved(const Mesh& mesh, const Known& known) {
     };
     for (const Triangle& t : mesh.triangles) {
         const int a = middle(t[0], t[1]), b = middle(t[1], t[2]), c = middle(t[2], t[0]);
-        for (const Triangle& s : {Triangle{t[0], a, c}, Triangle{a, t[1], b}, Triangle{c, b, t[2]}, Triangle{a, b, c}}) fine.triangles.push_back(s);
+        for (const Triangle& s : {Triangle{t[0], a, c}, Triangle{a, t[1], b}, Triangle{c, b, t[2]}, Triangle{a, b, c}})
+            fine.triangles.push_back(s);
     }
     return fine;
 }
@@ -59,7 +61,8 @@ inline Mesh sphere(int halvings, double radius = 1, double jitter = 0.12, unsign
     Mesh mesh = testing::octahedron();
     for (Eigen::Vector3d& p : mesh.points) p *= radius;
     for (Triangle& t : mesh.triangles)
-        if ((mesh.points[t[1]] - mesh.points[t[0]]).cross(mesh.points[t[2]] - mesh.points[t[0]]).dot(mesh.points[t[0]]) < 0) std::swap(t[1], t[2]);
+        if ((mesh.points[t[1]] - mesh.points[t[0]]).cross(mesh.points[t[2]] - mesh.points[t[0]]).dot(mesh.points[t[0]]) < 0)
+            std::swap(t[1], t[2]);
     for (int k = 0; k < halvings; ++k) mesh = halved(mesh, known);
     return jittered(std::move(mesh), known, jitter, seed);
 }
@@ -68,7 +71,8 @@ inline Mesh sphere(int halvings, double radius = 1, double jitter = 0.12, unsign
 inline Mesh torus(int n, int m, double major = 3, double minor = 1, double jitter = 0.12, unsigned seed = 7) {
     Mesh mesh = testing::grid(n, m, true, true, [=](double u, double v) {
         const double a = 2 * std::numbers::pi * u, b = 2 * std::numbers::pi * v;
-        return Eigen::Vector3d((major + minor * std::cos(b)) * std::cos(a), (major + minor * std::cos(b)) * std::sin(a), minor * std::sin(b));
+        return Eigen::Vector3d((major + minor * std::cos(b)) * std::cos(a), (major + minor * std::cos(b)) * std::sin(a),
+                               minor * std::sin(b));
     });
     std::mt19937 random(seed);
     for (std::size_t t = 0; t < mesh.triangles.size(); t += 2) {
@@ -86,8 +90,8 @@ inline Mesh welded(const Mesh& mesh) {
     std::map<std::array<long long, 3>, int> known;
     std::vector<int> to;
     for (const Eigen::Vector3d& p : mesh.points) {
-        const auto [it, is_new] =
-            known.try_emplace({std::llround(1e9 * p.x()), std::llround(1e9 * p.y()), std::llround(1e9 * p.z())}, static_cast<int>(result.points.size()));
+        const auto [it, is_new] = known.try_emplace({std::llround(1e9 * p.x()), std::llround(1e9 * p.y()), std::llround(1e9 * p.z())},
+                                                    static_cast<int>(result.points.size()));
         if (is_new) result.points.push_back(p);
         to.push_back(it->second);
     }
