@@ -1,0 +1,95 @@
+// A triangulation with its sizes: what is refused, and backgrounds that resolve what the rule asks for.
+#include "gradus/control/triangulation.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "support/triangulations.hpp"
+
+using namespace gradus;
+using Eigen::Vector3d;
+
+TEST_CASE("a soup that is no oriented surface with an extent makes no triangulation", "[exact]") {
+    TriangleSoup cube = triangulations::soup(triangulations::cube(1));
+    CHECK_NOTHROW(Triangulation(cube));
+    CHECK_THROWS_AS(Triangulation(TriangleSoup{}), std::invalid_argument);
+    CHECK_THROWS_AS(Triangulation(TriangleSoup{cube.points, {}}), std::invalid_argument);
+    TriangleSoup flipped = cube;
+    std::swap(flipped.triangles[3][0], flipped.triangles[3][1]);
+    CHECK_THROWS_AS(Triangulation(flipped), std::invalid_argument);
+    TriangleSoup flat = cube;
+    for (Vector3d& p : flat.points) p.setConstant(2);
+    CHECK_THROWS_AS(Triangulation(flat), std::invalid_argument);
+    TriangleSoup far = cube;
+    far.points[2].y() = std::numeric_limits<double>::infinity();
+    CHECK_THROWS_AS(Triangulation(far), std::invalid_argument);
+}
+
+TEST_CASE("sizes of a sphere are those of its radius, and scale with it", "[property]") {
+    const double radius = GENERATE(1.0, 1e-4, 1e5);
+    const Triangulation surface(triangulations::soup(triangulations::sphere(4, radius)));
+    CHECK(surface.diagonal() == Approx(2 * std::sqrt(3.0) * radius).epsilon(0.02));
+    const std::vector<double> sizes = geometric_sizes(surface, {.value = 0.3});
+    CHECK(*std::min_element(sizes.begin(), sizes.end()) > 0.97 * 0.3 * radius);
+    CHECK(*std::max_element(sizes.begin(), sizes.end()) < 1.01 * 0.3 * radius);
+    CHECK_THROWS_AS(geometric_sizes(surface, {.value = -1}), std::invalid_argument);
+}
+
+TEST_CASE("the first vertices of a background are those of the triangulation, and each has a cell", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::capped_cylinder(16, 3)));
+    const TriangulationBackground map = make_background(surface, SizingRule{.value = 0.2, .hmin = 0.01, .hmax = 1});
+    const auto points = points_of(map.background.mesh);
+    REQUIRE(points.size() > surface.soup().points.size());
+    REQUIRE(map.sizes.size() == points.size());
+    for (std::size_t v = 0; v < surface.soup().points.size(); ++v) CHECK(points[v] == surface.soup().points[v]);
+    const auto triangles = triangles_of(map.background.mesh);
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        const Triangle& t = triangles[map.cells[v]];
+        CHECK(std::count(t.begin(), t.end(), static_cast<int>(v)) == 1);
+    }
+    // It is the same surface, so it has the same area.
+    const auto area = [](std::span<const Vector3d> p, std::span<const Triangle> all) {
+        double sum = 0;
+        for (const Triangle& t : all) sum += (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).norm() / 2;
+        return sum;
+    };
+    CHECK(area(points, triangles) == Approx(area(surface.soup().points, surface.soup().triangles)).epsilon(1e-12));
+}
+
+TEST_CASE("the inside of a flat facet beside a small round has large sizes", "[property]") {
+    // Caps are fans of facets as long as the radius, beside rims of that radius: their flat insides want hmax.
+    const Triangulation surface(triangulations::soup(triangulations::capped_cylinder(32, 8, 1, 2)));
+    const SizingRule rule{.value = 0.05, .hmin = 0.001, .hmax = 0.5};
+    const TriangulationBackground map = make_background(surface, rule);
+    const auto points = points_of(map.background.mesh);
+    double largest = 0, rim = 0;
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        const double r = std::hypot(points[v].x(), points[v].y());
+        const bool cap = points[v].z() < 1e-9 || points[v].z() > 2 - 1e-9;
+        if (cap && r < 0.7) largest = std::max(largest, map.sizes[v]);
+        if (cap && r > 0.999) rim = std::max(rim, map.sizes[v]);
+        if (cap && r > 0.01 && r < 0.5) CHECK(map.sizes[v] > 0.4);
+    }
+    CHECK(largest == Approx(0.5));
+    CHECK(rim == Approx(0.05).epsilon(0.1));
+    // Without cuts nothing inside the fans' triangles would say so: more vertices than the triangulation has.
+    CHECK(points.size() > surface.soup().points.size() + 32);
+}
+
+TEST_CASE("a background of given sizes has them, and one of too many triangles stops", "[exact]") {
+    const Triangulation surface(triangulations::soup(triangulations::capped_cylinder(16, 2)));
+    std::vector<double> sizes(surface.soup().points.size());
+    for (std::size_t v = 0; v < sizes.size(); ++v) sizes[v] = 1 + double(v);
+    const TriangulationBackground map = make_background(surface, sizes);
+    CHECK(map.sizes == sizes);
+    CHECK(map.background.mesh.n_faces() == surface.soup().triangles.size());
+    const SizingRule fine{.value = 1e-3, .hmin = 1e-6, .hmax = 0.5};
+    CHECK(make_background(surface, fine, 200).background.mesh.n_faces() <= 202);
+}
+
+TEST_CASE("a size prescribed at a point holds at the vertex nearest to it", "[exact]") {
+    const Triangulation surface(triangulations::soup(triangulations::sphere(3)));
+    SizingRule rule{.value = 0.3};
+    rule.at.push_back({surface.soup().points[17], 0.01});
+    CHECK(geometric_sizes(surface, rule)[17] == 0.01);
+    CHECK(make_background(surface, rule).sizes[17] == 0.01);
+}

@@ -1,0 +1,226 @@
+// Features of triangulations whose creases, rims and corners are known.
+#include "gradus/mesh/features.hpp"
+
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "support/triangulations.hpp"
+
+using namespace gradus;
+using Eigen::Vector3d;
+using testing::Mesh;
+
+namespace {
+
+struct Found {
+    Connectivity mesh;
+    Features features;
+    int corners() const { return static_cast<int>(std::count(features.corner.begin(), features.corner.end(), 1)); }
+    int closed() const {
+        return static_cast<int>(
+            std::count_if(features.chains.begin(), features.chains.end(), [](const FeatureChain& c) { return c.closed; }));
+    }
+};
+
+// Tags, chains and corners say the same.
+void check_consistent(const Found& found) {
+    const auto& chains = found.features.chains;
+    std::map<std::array<int, 2>, int> edges;
+    for (int c = 0; c < static_cast<int>(chains.size()); ++c) {
+        const FeatureChain& chain = chains[c];
+        REQUIRE(chain.num_edges() >= 1);
+        for (int i = 0; i < chain.num_edges(); ++i) {
+            const int a = chain.vertex(i), b = chain.vertex(i + 1);
+            CHECK(edges.emplace(std::array{std::min(a, b), std::max(a, b)}, c).second);
+        }
+        for (int i = 0; i < static_cast<int>(chain.vertices.size()); ++i) {
+            const bool end = !chain.closed && (i == 0 || i + 1 == static_cast<int>(chain.vertices.size()));
+            CHECK(bool(found.features.corner[chain.vertices[i]]) == end);
+        }
+    }
+    std::size_t tagged = 0;
+    for (int h = 0; h < 3 * found.mesh.num_triangles(); ++h) {
+        const int a = found.mesh.origin(h), b = found.mesh.target(h);
+        const auto it = edges.find({std::min(a, b), std::max(a, b)});
+        CHECK(found.mesh.tag(h) == (it == edges.end() ? -1 : it->second));
+        if (found.mesh.tag(h) >= 0) tagged += found.mesh.twin(h) < h;
+        if (found.mesh.twin(h) < 0) CHECK(found.mesh.tag(h) >= 0);
+    }
+    CHECK(tagged == edges.size());
+}
+
+Found found_in(const Mesh& mesh, const FeatureOptions& options = {}, const KnownFeatures& known = {}) {
+    Found found{Connectivity(static_cast<int>(mesh.points.size()), mesh.triangles), {}};
+    found.features = find_features(mesh.points, found.mesh, options, known);
+    check_consistent(found);
+    return found;
+}
+
+double flat(double, double) { return 0; }
+
+}  // namespace
+
+TEST_CASE("a cube has twelve chains between eight corners, where three wedges meet", "[exact]") {
+    const int n = GENERATE(1, 2, 5);
+    const Mesh mesh = triangulations::cube(n);
+    const Found found = found_in(mesh);
+    CHECK(found.features.chains.size() == 12);
+    CHECK(found.closed() == 0);
+    CHECK(found.corners() == 8);
+    for (const FeatureChain& chain : found.features.chains) {
+        CHECK(chain.num_edges() == n);
+        CHECK((mesh.points[chain.vertices.front()] - mesh.points[chain.vertices.back()]).norm() == Approx(1));
+    }
+    const Wedges wedges = wedges_of(found.mesh);
+    std::vector<int> count(mesh.points.size(), 0), corners(wedges.size(), 0);
+    for (int w = 0; w < wedges.size(); ++w) ++count[wedges.vertex[w]];
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+        int faces = 0;
+        for (int k = 0; k < 3; ++k) faces += mesh.points[v][k] == 0 || mesh.points[v][k] == 1;
+        CHECK(count[v] == faces);
+        CHECK(wedges.vertex[v] == static_cast<int>(v));
+    }
+    // Each corner of a triangle is in one wedge, and for_each passes all of them.
+    for (int w = 0; w < wedges.size(); ++w)
+        wedges.for_each(found.mesh, w, [&](int h) {
+            CHECK(wedges.of_corner[h] == w);
+            CHECK(found.mesh.origin(h) == wedges.vertex[w]);
+            ++corners[w];
+        });
+    CHECK(std::accumulate(corners.begin(), corners.end(), 0) == 3 * static_cast<int>(mesh.triangles.size()));
+}
+
+TEST_CASE("a smooth closed surface has no features, and one wedge per vertex", "[exact]") {
+    const Mesh mesh = GENERATE(triangulations::sphere(3), triangulations::torus(30, 14));
+    const Found found = found_in(mesh);
+    CHECK(found.features.chains.empty());
+    CHECK(found.corners() == 0);
+    CHECK(wedges_of(found.mesh).size() == static_cast<int>(mesh.points.size()));
+}
+
+TEST_CASE("a capped cylinder has its two rims, also where its sides are few", "[exact]") {
+    // Eight sides turn by 45 degrees, more than the angle of a crease: but the surface turns on as fast.
+    const int sides = GENERATE(8, 12, 24, 60), rows = GENERATE(1, 4);
+    CAPTURE(sides, rows);
+    const Mesh mesh = triangulations::capped_cylinder(sides, rows);
+    const Found found = found_in(mesh);
+    std::array<int, 2> rims{0, 0};
+    for (const FeatureChain& chain : found.features.chains) {
+        const double z = mesh.points[chain.vertices[0]].z();
+        CHECK((z == 0 || z == 2));
+        for (const int v : chain.vertices) CHECK(mesh.points[v].z() == z);
+        rims[z > 1] += chain.num_edges();
+    }
+    CHECK(rims == std::array{sides, sides});
+    // A rim of eight sides turns by the angle of a corner.
+    if (sides == 8) return;
+    CHECK(found.features.chains.size() == 2);
+    CHECK(found.closed() == 2);
+    CHECK(found.corners() == 0);
+}
+
+TEST_CASE("an open grid has four boundary chains between its corners", "[exact]") {
+    const Mesh mesh = triangulations::graph(9, flat);
+    const Found found = found_in(mesh);
+    CHECK(found.features.chains.size() == 4);
+    CHECK(found.corners() == 4);
+    for (const FeatureChain& chain : found.features.chains) CHECK(chain.num_edges() == 9);
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+        const Vector3d& p = mesh.points[v];
+        CHECK(bool(found.features.corner[v]) == ((p.x() == 0 || p.x() == 1) && (p.y() == 0 || p.y() == 1)));
+    }
+    CHECK(found_in(testing::annulus(24, 3)).closed() == 2);
+}
+
+TEST_CASE("borders between labels are features, and what is given", "[exact]") {
+    const Mesh mesh = triangulations::graph(8, flat, 0);
+    const auto middle = [&](const Triangle& t) { return Vector3d((mesh.points[t[0]] + mesh.points[t[1]] + mesh.points[t[2]]) / 3); };
+    const auto inner = [&](const Found& found) {
+        int edges = 0;
+        for (int h = 0; h < 3 * found.mesh.num_triangles(); ++h) edges += found.mesh.tag(h) >= 0 && found.mesh.twin(h) > h;
+        return edges;
+    };
+    SECTION("a border across") {
+        std::vector<int> labels;
+        for (const Triangle& t : mesh.triangles) labels.push_back(middle(t).x() < 0.5 ? 2 : -7);
+        const Found found = found_in(mesh, {}, {.labels = labels});
+        CHECK(found.features.chains.size() == 7);
+        CHECK(found.corners() == 6);
+        CHECK(inner(found) == 8);
+    }
+    SECTION("a patch inside") {
+        std::vector<int> labels;
+        for (const Triangle& t : mesh.triangles) labels.push_back((middle(t) - Vector3d(.5, .5, 0)).cwiseAbs().maxCoeff() < 0.25);
+        const Found found = found_in(mesh, {}, {.labels = labels});
+        CHECK(inner(found) == 16);
+        CHECK(found.corners() == 8);
+        CHECK(found.features.chains.size() == 8);
+    }
+    SECTION("edges and corners") {
+        const int n = 9, row = 4;
+        std::vector<std::array<int, 2>> edges;
+        for (int i = 2; i < 5; ++i) edges.push_back({row * n + i + 1, row * n + i});
+        const std::vector<int> corners{row * n + 3, 2 * n + 2};
+        const Found found = found_in(mesh, {}, {.edges = edges, .corners = corners});
+        CHECK(inner(found) == 3);
+        for (const int v : corners) CHECK(found.features.corner[v] == 1);
+        CHECK(found.corners() == 4 + 2 + 2);
+        CHECK(found.features.chains.size() == 4 + 2);
+    }
+}
+
+TEST_CASE("a fold is a crease from its angle on", "[exact]") {
+    const double degrees = GENERATE(10., 20., 35., 45., 90., 150.);
+    const double half = degrees * std::numbers::pi / 360;
+    Mesh mesh = triangulations::graph(8, flat, 0);
+    for (Vector3d& p : mesh.points) p = {(p.x() - 0.5) * std::cos(half), p.y(), -std::abs(p.x() - 0.5) * std::sin(half)};
+    CAPTURE(degrees);
+    const Found found = found_in(mesh);
+    CHECK(found.features.chains.size() == (degrees > 40 ? 7 : 4));
+    CHECK(found_in(mesh, {.angle = 0.1, .weak_angle = 0.1}).features.chains.size() == 7);
+    // Without the crease, the boundary still turns at its ends.
+    const Found boundary = found_in(mesh, {.angle = 3, .sharp_angle = 3});
+    for (const FeatureChain& chain : boundary.features.chains)
+        for (int i = 0; i < chain.num_edges(); ++i) CHECK(boundary.mesh.is_boundary_vertex(chain.vertex(i)));
+    CHECK(boundary.features.chains.size() == (degrees > 44 ? 6 : 4));
+}
+
+TEST_CASE("noise below the angle gives no feature", "[property]") {
+    const unsigned seed = GENERATE(range(1u, 5u));
+    const Mesh sphere = triangulations::sphere(4);
+    CHECK(found_in(triangulations::noisy(sphere, 0.04 * triangulations::mean_edge(sphere), seed)).features.chains.empty());
+    const Mesh cube = triangulations::cube(8);
+    const Found found = found_in(triangulations::noisy(cube, 0.03 * triangulations::mean_edge(cube), seed));
+    CHECK(found.features.chains.size() == 12);
+    CHECK(found.corners() == 8);
+}
+
+TEST_CASE("a ridge below the scale is no feature", "[exact]") {
+    // A roof of slope 1 and height 0.01 along the middle of the sheet.
+    const double height = 0.01;
+    Mesh mesh = testing::square(20);
+    for (Vector3d& p : mesh.points) {
+        const double x = p.x() - 0.5;
+        p.x() = 0.5 + (std::abs(x) < 0.051 ? 0.2 * x : x);
+        p.z() = std::max(0.0, height - std::abs(p.x() - 0.5));
+    }
+    const Found all = found_in(mesh);
+    CHECK(all.features.chains.size() > 4);
+    CHECK(found_in(mesh, {.scale = 0.001}).features.chains.size() == all.features.chains.size());
+    CHECK(found_in(mesh, {.scale = 0.2}).features.chains.size() == 4);
+}
+
+TEST_CASE("features do not depend on numbers, place or size", "[property]") {
+    const Mesh mesh = triangulations::capped_cylinder(20, 5, 1, 2, 3);
+    const Found a = found_in(mesh), b = found_in(testing::relabelled(mesh, 4)), c = found_in(testing::moved(mesh, 1e-5));
+    const auto edges = [](const Found& found) {
+        int sum = 0;
+        for (const FeatureChain& chain : found.features.chains) sum += chain.num_edges();
+        return sum;
+    };
+    for (const Found* other : {&b, &c}) {
+        CHECK(other->features.chains.size() == a.features.chains.size());
+        CHECK(edges(*other) == edges(a));
+        CHECK(other->corners() == a.corners());
+    }
+}

@@ -1,0 +1,231 @@
+// Remeshing a triangulation: topology, features and corners are kept, triangles are good, and runs repeat.
+#include "gradus/remesh/triangulated.hpp"
+
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "gradus/control/control_space.hpp"
+#include "gradus/control/triangulation.hpp"
+#include "gradus/quality/report.hpp"
+#include "support/triangulations.hpp"
+
+using namespace gradus;
+using Eigen::Vector3d;
+
+namespace {
+
+struct Remeshed {
+    RemeshResult result;
+    MeshReport before, after;
+    MeshView view() const { return {result.mesh.points, result.mesh.triangles}; }
+};
+
+Remeshed remeshed(const Triangulation& surface, const SizingRule& rule, const RemeshOptions& options = {}) {
+    const TriangulationBackground map = make_background(surface, rule);
+    const ControlSpace control(map.background, map.sizes);
+    const SmoothSupport support = surface.support();
+    Remeshed made{remesh({support, surface.features(), surface.soup().labels}, control, map.cells, options), {}, {}};
+    made.before = measure({surface.soup().points, surface.soup().triangles});
+    made.after = measure(made.view(), {.sizes = made.result.mesh.sizes});
+    return made;
+}
+
+SizingRule uniform(double h) { return {.kind = SizingRule::Kind::Proportional, .value = 1e6, .hmin = 0.999999 * h, .hmax = h}; }
+
+void check_topology_kept(const Remeshed& made) {
+    const TopologyReport &a = made.before.topology, &b = made.after.topology;
+    CHECK(b.oriented_manifold());
+    CHECK(b.euler == a.euler);
+    CHECK(b.boundary_loops == a.boundary_loops);
+    CHECK(b.components == a.components);
+    CHECK(b.unused_vertices == 0);
+    CHECK(b.bad_points == 0);
+    CHECK(b.duplicate_positions == 0);
+    CHECK(made.result.mesh.sizes.size() == made.result.mesh.points.size());
+    CHECK(made.result.mesh.places.size() == made.result.mesh.points.size());
+}
+
+void check_good(const Remeshed& made, double mean = 0.95) {
+    CHECK(made.after.shape.area_length.min >= 0.6);
+    CHECK(made.after.shape.area_length.mean >= mean);
+    CHECK(made.after.edges->unit_share >= 0.95);
+}
+
+double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+    const double t = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+    return (p - a - t * (b - a)).norm();
+}
+
+double signed_volume(const MeshView& mesh) {
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles) sum += mesh.points[t[0]].dot(mesh.points[t[1]].cross(mesh.points[t[2]])) / 6;
+    return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a sphere is remeshed with good triangles of the size asked for, near the sphere and not inside it", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::sphere(4)));
+    const bool fast = GENERATE(false, true);
+    CAPTURE(fast);
+    const Remeshed made = remeshed(surface, uniform(0.18), {.fast = fast});
+    check_topology_kept(made);
+    // The fast schedule promises less.
+    if (!fast) check_good(made);
+    CHECK(made.after.shape.area_length.min >= 0.5);
+    CHECK(made.after.shape.area_length.mean >= 0.9);
+    CHECK(made.after.edges->unit_share >= 0.75);
+    CHECK(made.result.mesh.features.empty());
+    // Points lie on the smooth surface, much nearer to the sphere than the facets, which are off by 5e-3.
+    double farthest = 0;
+    for (const Vector3d& p : made.result.mesh.points) farthest = std::max(farthest, std::abs(p.norm() - 1));
+    CHECK(farthest < 5e-4);
+    CHECK(signed_volume(made.view()) > 0.95 * 4 * std::numbers::pi / 3);
+}
+
+TEST_CASE("a torus keeps its handle", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::torus(60, 22)));
+    const Remeshed made = remeshed(surface, uniform(0.3));
+    check_topology_kept(made);
+    check_good(made);
+    CHECK(made.after.topology.genus == 1);
+    CHECK(made.result.mesh.features.empty());
+}
+
+TEST_CASE("a cube keeps its corners, and its edges to the last digits", "[exact]") {
+    const Triangulation surface(triangulations::soup(triangulations::cube(GENERATE(1, 3))));
+    const double h = GENERATE(0.11, 0.4);
+    CAPTURE(h);
+    const Remeshed made = remeshed(surface, uniform(h));
+    check_topology_kept(made);
+    CHECK(made.after.shape.area_length.min >= 0.5);
+    CHECK(signed_volume(made.view()) == Approx(1).epsilon(1e-9));
+    std::set<std::array<double, 3>> points;
+    for (const Vector3d& p : made.result.mesh.points) {
+        points.insert({p.x(), p.y(), p.z()});
+        // Faces stay flat.
+        double off = 1;
+        for (int k = 0; k < 3; ++k) off = std::min({off, std::abs(p[k]), std::abs(p[k] - 1)});
+        CHECK(off < 1e-12);
+    }
+    for (const double x : {0.0, 1.0})
+        for (const double y : {0.0, 1.0})
+            for (const double z : {0.0, 1.0}) CHECK(points.count({x, y, z}) == 1);
+    std::array<double, 12> lengths{};
+    for (const auto& [a, b] : made.result.mesh.features) {
+        const Vector3d &p = made.result.mesh.points[a], &q = made.result.mesh.points[b];
+        int edge = 0, found = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double s : {0.0, 1.0})
+                for (const double t : {0.0, 1.0}) {
+                    Vector3d from, to;
+                    from[axis] = 0, to[axis] = 1;
+                    from[(axis + 1) % 3] = to[(axis + 1) % 3] = s;
+                    from[(axis + 2) % 3] = to[(axis + 2) % 3] = t;
+                    if (distance_to_segment(p, from, to) < 1e-12 && distance_to_segment(q, from, to) < 1e-12)
+                        lengths[edge] += (p - q).norm(), ++found;
+                    ++edge;
+                }
+        CHECK(found == 1);
+    }
+    for (const double length : lengths) CHECK(length == Approx(1).epsilon(1e-12));
+}
+
+TEST_CASE("a capped cylinder keeps its two rims, round and in their planes", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::capped_cylinder(48, 14, 1, 2, 6)));
+    const Remeshed made = remeshed(surface, uniform(0.15));
+    check_topology_kept(made);
+    check_good(made, 0.93);
+    double length = 0;
+    for (const auto& [a, b] : made.result.mesh.features) {
+        length += (made.result.mesh.points[a] - made.result.mesh.points[b]).norm();
+        for (const int v : {a, b}) {
+            const Vector3d& p = made.result.mesh.points[v];
+            CHECK(std::min(std::abs(p.z()), std::abs(p.z() - 2)) < 1e-12);
+            CHECK(std::hypot(p.x(), p.y()) == Approx(1).margin(1e-3));
+        }
+    }
+    CHECK(length == Approx(4 * std::numbers::pi).epsilon(0.01));
+    for (const Vector3d& p : made.result.mesh.points) {
+        const double off_cap = std::min(std::abs(p.z()), std::abs(p.z() - 2)), off_side = std::abs(std::hypot(p.x(), p.y()) - 1);
+        CHECK(std::min(off_cap, off_side) < 1e-3);
+    }
+}
+
+TEST_CASE("an open sheet keeps its boundary and the corners of it", "[property]") {
+    const auto wave = [](double x, double y) { return 0.1 * std::sin(6 * x) * std::cos(5 * y); };
+    const Triangulation surface(triangulations::soup(triangulations::graph(24, wave)));
+    const Remeshed made = remeshed(surface, uniform(0.06));
+    check_topology_kept(made);
+    check_good(made);
+    std::set<std::array<int, 2>> features;
+    for (const auto& [a, b] : made.result.mesh.features) features.insert({std::min(a, b), std::max(a, b)});
+    const MeshEdges edges = edges_of(made.view());
+    for (int e = 0; e < edges.size(); ++e) CHECK((edges.num_uses(e) == 1) == (features.count(edges.ends[e]) == 1));
+    for (const auto& [a, b] : features)
+        for (const int v : {a, b}) {
+            const Vector3d& p = made.result.mesh.points[v];
+            CHECK(std::min({std::abs(p.x()), std::abs(p.y()), std::abs(p.x() - 1), std::abs(p.y() - 1)}) < 1e-3);
+        }
+    for (const double x : {0.0, 1.0})
+        for (const double y : {0.0, 1.0}) {
+            const Vector3d corner(x, y, wave(x, y));
+            CHECK(std::count(made.result.mesh.points.begin(), made.result.mesh.points.end(), corner) == 1);
+        }
+}
+
+TEST_CASE("labels are kept, and their border is no edge that is crossed", "[property]") {
+    TriangleSoup soup = triangulations::soup(triangulations::graph(
+        12, [](double, double) { return 0; }, 0));
+    for (const Triangle& t : soup.triangles)
+        soup.labels.push_back((soup.points[t[0]] + soup.points[t[1]] + soup.points[t[2]]).x() / 3 < 0.5 ? 4 : 9);
+    const Triangulation surface(std::move(soup));
+    const SurfaceMesh mesh = remeshed(surface, uniform(0.07)).result.mesh;
+    double area[2] = {0, 0};
+    REQUIRE(mesh.patches.size() == mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto& v = mesh.triangles[t];
+        const bool right = (mesh.points[v[0]] + mesh.points[v[1]] + mesh.points[v[2]]).x() / 3 > 0.5;
+        CHECK(mesh.patches[t] == (right ? 9 : 4));
+        area[right] += (mesh.points[v[1]] - mesh.points[v[0]]).cross(mesh.points[v[2]] - mesh.points[v[0]]).norm() / 2;
+    }
+    CHECK(area[0] == Approx(0.5).epsilon(1e-9));
+    CHECK(area[1] == Approx(0.5).epsilon(1e-9));
+}
+
+TEST_CASE("the same surface and sizes give the same mesh of a triangulation to the last bit", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::capped_cylinder(24, 6, 1, 2, 3)));
+    const SurfaceMesh a = remeshed(surface, uniform(0.25), {.threads = 1}).result.mesh,
+                      b = remeshed(surface, uniform(0.25), {.threads = 2}).result.mesh;
+    CHECK(a.points == b.points);
+    CHECK(a.triangles == b.triangles);
+    CHECK(a.sizes == b.sizes);
+    CHECK(a.features == b.features);
+}
+
+TEST_CASE("a map that asks for more triangles than allowed of a triangulation is refused", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::cube(1)));
+    CHECK_THROWS_AS(remeshed(surface, uniform(0.02), {.max_triangles = 1000}), std::length_error);
+    CHECK_NOTHROW(remeshed(surface, uniform(0.3), {.max_triangles = 1000}));
+}
+
+TEST_CASE("a recheck is asked until it has nothing to say, and its sizes are taken", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::sphere(3)));
+    const TriangulationBackground map = make_background(surface, uniform(0.4));
+    const ControlSpace control(map.background, map.sizes);
+    const SmoothSupport support = surface.support();
+    bool last_had_nothing = false;
+    int halved = 0;
+    const auto recheck = [&](const SurfaceMesh& mesh, MeshStage) -> std::optional<std::vector<double>> {
+        last_had_nothing = halved == 1;
+        if (last_had_nothing) return std::nullopt;
+        ++halved;
+        std::vector<double> sizes = mesh.sizes;
+        for (double& h : sizes) h /= 2;
+        return sizes;
+    };
+    const std::size_t coarse = remesh({support, surface.features()}, control, map.cells).mesh.triangles.size();
+    const std::size_t fine = remesh({support, surface.features()}, control, map.cells, {}, recheck).mesh.triangles.size();
+    CHECK(last_had_nothing);
+    CHECK(double(fine) / double(coarse) == Approx(4).epsilon(0.15));
+}
