@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 namespace gradus {
 
@@ -36,6 +37,7 @@ double diagonal_of(const TriangleSoup& soup) {
     Vector3d low = soup.points[soup.triangles[0][0]], high = low;
     for (const Triangle& t : soup.triangles)
         for (const int v : t) {
+            if (!soup.points[v].allFinite()) throw std::invalid_argument("vertex " + std::to_string(v) + " has a coordinate that is not finite");
             low = low.cwiseMin(soup.points[v]);
             high = high.cwiseMax(soup.points[v]);
         }

@@ -28,12 +28,12 @@ int edge_of(const Connectivity& mesh, int h) { return mesh.twin(h) >= 0 ? std::m
 class Finder {
   public:
     Finder(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known)
-        : points_(points), mesh_(mesh), options_(options), kind_(3 * static_cast<std::size_t>(mesh.num_triangles()), kNone), degree_(mesh.num_vertices(), 0) {
+        : points_(points), mesh_(mesh), options_(options), kind_(3 * static_cast<std::size_t>(mesh.num_triangles()), Kind::None), degree_(mesh.num_vertices(), 0) {
         mark_certain(known);
         mark_creases();
         continue_creases();
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
-            if (kind_[h] == kCrease || kind_[h] == kCertain) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
+            if (kind_[h] == Kind::Crease || kind_[h] == Kind::Certain) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
         drop_short();
         drop_small_trees();
     }
@@ -58,9 +58,9 @@ class Finder {
     }
 
   private:
-    enum Kind : char { kNone, kWeak, kCrease, kCertain };  // of an edge, at its first half
+    enum class Kind : char { None, Weak, Crease, Certain };  // of an edge, at its first half
 
-    bool is_feature(int h) const { return kind_[edge_of(mesh_, h)] >= kCrease; }
+    bool is_feature(int h) const { return kind_[edge_of(mesh_, h)] >= Kind::Crease; }
     Eigen::Vector3d along(int from, int to) const { return (points_[to] - points_[from]).stableNormalized(); }
 
     // Calls use(half-edge, other end) for the edges at v.
@@ -77,10 +77,10 @@ class Finder {
     void mark_certain(const KnownFeatures& known) {
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
             const int g = mesh_.twin(h);
-            if (g < 0 || (h < g && !known.labels.empty() && known.labels[h / 3] != known.labels[g / 3])) kind_[h] = kCertain;
+            if (g < 0 || (h < g && !known.labels.empty() && known.labels[h / 3] != known.labels[g / 3])) kind_[h] = Kind::Certain;
         }
         for (const auto& [a, b] : known.edges)
-            if (const int h = mesh_.find_edge(a, b); h >= 0) kind_[edge_of(mesh_, h)] = kCertain;
+            if (const int h = mesh_.find_edge(a, b); h >= 0) kind_[edge_of(mesh_, h)] = Kind::Certain;
     }
 
     void mark_creases() {
@@ -88,7 +88,7 @@ class Finder {
         for (int t = 0; t < mesh_.num_triangles(); ++t) normals[t] = normal_of(points_, mesh_.triangle(t));
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
             const int g = mesh_.twin(h);
-            if (g < h || kind_[h] == kCertain) continue;
+            if (g < h || kind_[h] == Kind::Certain) continue;
             const Eigen::Vector3d &n = normals[h / 3], &m = normals[g / 3];
             if (n.isZero() || m.isZero()) continue;
             const Eigen::Vector3d axis = along(mesh_.origin(h), mesh_.target(h));
@@ -96,7 +96,7 @@ class Finder {
             if (std::abs(turn) < options_.weak_angle) continue;
             if (std::abs(turn) < options_.sharp_angle && turns_on(normals, axis, turn, h) && turns_on(normals, axis, turn, g)) continue;
             if (options_.scale > 0 && relief(normals, h) < kRelief * options_.scale) continue;
-            kind_[h] = std::abs(turn) >= options_.angle ? kCrease : kWeak;
+            kind_[h] = std::abs(turn) >= options_.angle ? Kind::Crease : Kind::Weak;
         }
     }
 
@@ -150,7 +150,7 @@ class Finder {
     void continue_creases() {
         std::vector<int> queue;
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
-            if (kind_[h] == kCrease) queue.push_back(h);
+            if (kind_[h] == Kind::Crease) queue.push_back(h);
         for (std::size_t i = 0; i < queue.size(); ++i) {
             const int h = queue[i];
             for (const auto& [from, at] : {std::pair(mesh_.origin(h), mesh_.target(h)), std::pair(mesh_.target(h), mesh_.origin(h))}) {
@@ -158,12 +158,12 @@ class Finder {
                 double straightest = kContinues;
                 for_each_edge(at, [&, from = from, at = at](int e, int other) {
                     const int edge = edge_of(mesh_, e);
-                    if (kind_[edge] >= kCrease) ++features;
+                    if (kind_[edge] >= Kind::Crease) ++features;
                     const double straight = along(from, at).dot(along(at, other));
-                    if (kind_[edge] == kWeak && straight > straightest) straightest = straight, best = edge;
+                    if (kind_[edge] == Kind::Weak && straight > straightest) straightest = straight, best = edge;
                 });
                 if (features > 1 || best < 0) continue;
-                kind_[best] = kCrease;
+                kind_[best] = Kind::Crease;
                 queue.push_back(best);
             }
         }
@@ -183,7 +183,7 @@ class Finder {
                     if (is_feature(edge) && (edges.empty() || edge != edges.back())) following = edge, beyond = other;
                 });
                 if (following < 0) break;
-                if (kind_[following] == kCertain) {
+                if (kind_[following] == Kind::Certain) {
                     joins = true;
                     break;
                 }
@@ -196,7 +196,7 @@ class Finder {
             }
             if (static_cast<int>(edges.size()) >= options_.shortest || (joins && edges.empty())) continue;
             for (const int e : edges) {
-                kind_[e] = kNone;
+                kind_[e] = Kind::None;
                 --degree_[mesh_.origin(e)];
                 --degree_[mesh_.target(e)];
             }
@@ -212,7 +212,7 @@ class Finder {
         DisjointSets sets(mesh_.num_vertices());
         const auto edges = [&](const auto& use) {
             for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
-                if (kind_[h] >= kCrease) use(h);
+                if (kind_[h] >= Kind::Crease) use(h);
         };
         edges([&](int h) { sets.unite(mesh_.origin(h), mesh_.target(h)); });
         std::vector<Network> networks(mesh_.num_vertices());
@@ -225,13 +225,13 @@ class Finder {
             Network& network = networks[sets.find(mesh_.origin(h))];
             ++network.edges;
             network.length += (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm();
-            network.certain = network.certain || kind_[h] == kCertain;
+            network.certain = network.certain || kind_[h] == Kind::Certain;
         });
         const double shortest = options_.shortest_tree * box.diagonal().norm();
         edges([&](int h) {
             const Network& network = networks[sets.find(mesh_.origin(h))];
             if (network.certain || network.edges >= network.vertices || network.length >= shortest) return;
-            kind_[h] = kNone;
+            kind_[h] = Kind::None;
             --degree_[mesh_.origin(h)];
             --degree_[mesh_.target(h)];
         });
@@ -288,7 +288,7 @@ class Finder {
     Points points_;
     Connectivity& mesh_;
     const FeatureOptions& options_;
-    std::vector<char> kind_;
+    std::vector<Kind> kind_;
     std::vector<int> degree_;  // feature edges per vertex
 };
 

@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 
 constexpr int kDeepest = 10;      // halvings of an edge where cutting along the target says too little
 constexpr int kMostPieces = 400;  // of one triangle, before the rest is left to halving
+constexpr double kSlack = 1e-10;  // of an edge: what sticks out by less stays with the triangle
 constexpr int kMostCorners = 12;
 
 struct Corner {
@@ -49,12 +50,12 @@ struct Polygon {
     }
 };
 
-// Cuts a convex polygon by the plane through a: what lies beyond, along m, goes to `beyond`.
-void cut(Polygon& polygon, const Vector3d& a, const Vector3d& m, Polygon& beyond) {
+// Cuts a convex polygon by the plane through a: what lies more than `slack` beyond, along m, goes to `beyond`.
+void cut(Polygon& polygon, const Vector3d& a, const Vector3d& m, double slack, Polygon& beyond) {
     beyond.size = 0;
     std::array<double, kMostCorners> height;
     int out = 0;
-    for (int i = 0; i < polygon.size; ++i) height[i] = (polygon.corner[i] - a).dot(m), out += height[i] > 0;
+    for (int i = 0; i < polygon.size; ++i) height[i] = (polygon.corner[i] - a).dot(m) - slack, out += height[i] > 0;
     if (out == 0) return;
     if (out == polygon.size) {
         std::swap(polygon, beyond);
@@ -93,8 +94,11 @@ class DistanceSearch {
             }
         Polygon whole;
         for (const Corner* x : {&a, &b, &c}) whole.add(x->p);
+        // From under the middle: the corners may be nearest to triangles beyond a crease.
+        const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
+        found.attain(middle);
         int pieces = 0;
-        cut_down(whole, a.hit.triangle, -1, pieces, found);
+        cut_down(whole, middle.hit.triangle, -1, pieces, found);
     }
 
   private:
@@ -113,7 +117,8 @@ class DistanceSearch {
             const int g = target_.neighbours_[t][k];
             if (g < 0 || k == from || polygon.size + 3 > kMostCorners) continue;
             const Vector3d& start = target_.mesh_.points[v[k]];
-            cut(polygon, start, (target_.mesh_.points[v[(k + 1) % 3]] - start).cross(target_.normals_[t] + target_.normals_[g]), beyond);
+            const Vector3d along = target_.mesh_.points[v[(k + 1) % 3]] - start, m = along.cross(target_.normals_[t] + target_.normals_[g]);
+            cut(polygon, start, m, kSlack * along.norm() * m.norm(), beyond);
             if (beyond.size == 0) continue;
             const auto& back = target_.neighbours_[g];
             cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), pieces, found);
