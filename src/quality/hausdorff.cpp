@@ -210,8 +210,12 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
     for (const Triangle& t : from.triangles)
         for (const int v : t) used[v] = 1;
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), 512), [&](const auto& range) {
-        for (std::size_t v = range.begin(); v < range.end(); ++v)
-            if (used[v]) corners[v] = search.look(from.points[v], options.near.empty() ? -1 : options.near[v]);
+        int last = -1;  // vertices that follow each other are often near each other
+        for (std::size_t v = range.begin(); v < range.end(); ++v) {
+            if (!used[v]) continue;
+            corners[v] = search.look(from.points[v], options.near.empty() ? last : options.near[v]);
+            last = corners[v].hit.triangle;
+        }
     });
     OneSidedDistance result;
     for (std::size_t v = 0; v < corners.size(); ++v)
