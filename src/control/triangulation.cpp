@@ -41,6 +41,10 @@ double diagonal_of(const TriangleSoup& soup) {
             low = low.cwiseMin(soup.points[v]);
             high = high.cwiseMax(soup.points[v]);
         }
+    const bool has_area = std::any_of(soup.triangles.begin(), soup.triangles.end(), [&](const Triangle& t) {
+        return (soup.points[t[1]] - soup.points[t[0]]).cross(soup.points[t[2]] - soup.points[t[0]]).norm() > 0;
+    });
+    if (!has_area) throw std::invalid_argument("a surface without area");
     const double diagonal = (high - low).norm();
     if (!(diagonal > 0) || !std::isfinite(diagonal)) throw std::invalid_argument("a surface without extent");
     return diagonal;

@@ -15,8 +15,10 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kDeepest = 10;      // halvings of an edge where cutting along the target says too little
-constexpr int kMostPieces = 400;  // of one triangle, before the rest is left to halving
+constexpr int kMostPieces = 50'000;  // of one triangle, before the rest is left to halving
+constexpr int kMostInARow = 1000;   // triangles crossed one after the other
 constexpr double kSlack = 1e-10;  // of an edge: what sticks out by less stays with the triangle
+constexpr double kResolution = 1e-9;  // of the surface's extent: smaller distances are not told apart
 constexpr int kMostCorners = 12;
 
 struct Corner {
@@ -98,7 +100,7 @@ class DistanceSearch {
         const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
         found.attain(middle);
         int pieces = 0;
-        cut_down(whole, middle.hit.triangle, -1, pieces, found);
+        cut_down(whole, middle.hit.triangle, -1, 0, pieces, found);
     }
 
   private:
@@ -109,11 +111,11 @@ class DistanceSearch {
     }
 
     // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and holds the rest against it.
-    void cut_down(Polygon& polygon, int t, int from, int& pieces, Found& found) const {
+    void cut_down(Polygon& polygon, int t, int from, int depth, int& pieces, Found& found) const {
         ++pieces;
         const Triangle& v = target_.mesh_.triangles[t];
         Polygon beyond;
-        for (int k = 0; pieces < kMostPieces && k < 3; ++k) {
+        for (int k = 0; pieces < kMostPieces && depth < kMostInARow && k < 3; ++k) {
             const int g = target_.neighbours_[t][k];
             if (g < 0 || k == from || polygon.size + 3 > kMostCorners) continue;
             const Vector3d& start = target_.mesh_.points[v[k]];
@@ -121,7 +123,7 @@ class DistanceSearch {
             cut(polygon, start, m, kSlack * along.norm() * m.norm(), beyond);
             if (beyond.size == 0) continue;
             const auto& back = target_.neighbours_[g];
-            cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), pieces, found);
+            cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), depth + 1, pieces, found);
             if (polygon.size == 0) return;
         }
         hold(polygon, t, found);
@@ -218,8 +220,13 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
         }
     });
     OneSidedDistance result;
-    for (std::size_t v = 0; v < corners.size(); ++v)
-        if (used[v]) search.attained = std::max(search.attained, corners[v].hit.distance);
+    Eigen::AlignedBox3d box;
+    for (std::size_t v = 0; v < corners.size(); ++v) {
+        if (!used[v]) continue;
+        search.attained = std::max(search.attained, corners[v].hit.distance);
+        box.extend(from.points[v]);
+    }
+    search.attained = std::max(search.attained, kResolution * box.diagonal().norm());
     std::vector<Found> found(from.triangles.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 256), [&](const auto& range) {
         for (std::size_t t = range.begin(); t < range.end(); ++t) {

@@ -93,3 +93,9 @@ TEST_CASE("a size prescribed at a point holds at the vertex nearest to it", "[ex
     CHECK(geometric_sizes(surface, rule)[17] == 0.01);
     CHECK(make_background(surface, rule).sizes[17] == 0.01);
 }
+TEST_CASE("a surface without area is refused", "[control]") {
+    gradus::TriangleSoup soup;
+    soup.points = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+    soup.triangles = {{0, 1, 2}};
+    CHECK_THROWS_WITH(gradus::Triangulation(soup), Catch::Contains("without area"));
+}

@@ -20,7 +20,7 @@ struct TriangulationOptions {
 /// Immutable after construction; not to be moved, as its parts refer to each other.
 class Triangulation {
   public:
-    /// @throws std::invalid_argument for a soup that is no oriented manifold, has no triangles, no extent or a coordinate that is
+    /// @throws std::invalid_argument for a soup that is no oriented manifold, has no triangles, no area, no extent or a coordinate that is
     ///         not finite
     explicit Triangulation(TriangleSoup soup, const TriangulationOptions& options = {});
     Triangulation(const Triangulation&) = delete;

@@ -8,7 +8,7 @@ namespace gradus {
 
 struct OneSidedOptions {
     double limit = 0;             ///< distances proved to be at most this need no closer look; 0: all do
-    double precision = 0.02;      ///< of the largest distance: its bounds are this close together
+    double precision = 0.02;      ///< of the largest distance, or a billionth of the extent: its bounds are this close together
     std::span<const int> near{};  ///< for each vertex a triangle of the target that is near it, which saves time; or empty
 };
 
