@@ -75,4 +75,15 @@ void add_product(Expansion<N>& sum, const Expansion<A>& a, const Expansion<B>& b
         for (int j = 0; j < b.size; ++j) sum.add_product(factor * a.terms[i], b.terms[j]);
 }
 
+using Difference = Expansion<2>;
+
+/// ax by - ay bx.
+inline Expansion<16> cross(const Difference& ax, const Difference& ay, const Difference& bx, const Difference& by) {
+    Expansion<16> result;
+    add_product(result, ax, by);
+    add_product(result, ay, bx, -1);
+    result.compress();
+    return result;
+}
+
 }  // namespace gradus::exact

@@ -5,16 +5,6 @@
 namespace gradus::exact {
 namespace {
 
-using Difference = Expansion<2>;
-
-Expansion<16> cross(const Difference& ax, const Difference& ay, const Difference& bx, const Difference& by) {
-    Expansion<16> result;
-    add_product(result, ax, by);
-    add_product(result, ay, bx, -1);
-    result.compress();
-    return result;
-}
-
 int orient3d_exact(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, const Eigen::Vector3d& d) {
     const Difference ax = difference(a.x(), d.x()), ay = difference(a.y(), d.y()), az = difference(a.z(), d.z());
     const Difference bx = difference(b.x(), d.x()), by = difference(b.y(), d.y()), bz = difference(b.z(), d.z());

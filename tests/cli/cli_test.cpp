@@ -1,9 +1,6 @@
 // The program as its users meet it: what it writes, what it says, and how it fails.
-#include <sys/wait.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -12,25 +9,15 @@
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/mesh/diagnose.hpp"
 #include "support/files.hpp"
+#include "support/program.hpp"
 
 using nlohmann::json;
 using support::spill;
+using support::Outcome;
+using support::run;
 using support::TemporaryFolder;
 
 namespace {
-
-struct Outcome {
-    int code = -1;
-    std::string out, err;
-};
-
-// Runs the program inside a folder.
-Outcome run(const TemporaryFolder& folder, const std::string& arguments) {
-    const std::string command = "cd '" + folder.path().string() + "' && '" GRADUS_PROGRAM "' " + arguments + " > '" + (folder / "stdout") +
-                                "' 2> '" + (folder / "stderr") + "'";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, gradus::read_file(folder / "stdout"), gradus::read_file(folder / "stderr")};
-}
 
 bool exists(const std::string& path) { return std::filesystem::exists(path); }
 

@@ -1,8 +1,5 @@
 // The program on triangulations: chord errors that are kept and proved, size maps, repair, and refusals.
-#include <sys/wait.h>
-
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "gradus/io/input_file.hpp"
@@ -10,25 +7,16 @@
 #include "gradus/mesh/diagnose.hpp"
 #include "gradus/quality/hausdorff.hpp"
 #include "support/files.hpp"
+#include "support/program.hpp"
 #include "support/triangulations.hpp"
 
 using namespace gradus;
 using nlohmann::json;
+using support::Outcome;
+using support::run;
 using support::TemporaryFolder;
 
 namespace {
-
-struct Outcome {
-    int code = -1;
-    std::string out, err;
-};
-
-Outcome run(const TemporaryFolder& folder, const std::string& arguments) {
-    const std::string command = "cd '" + folder.path().string() + "' && '" GRADUS_PROGRAM "' " + arguments + " > '" + (folder / "stdout") +
-                                "' 2> '" + (folder / "stderr") + "'";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "stdout"), read_file(folder / "stderr")};
-}
 
 MeshView view(const TriangleSoup& soup) { return {soup.points, soup.triangles}; }
 

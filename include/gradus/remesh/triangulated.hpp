@@ -55,9 +55,9 @@ struct TriangulatedSurface {
     std::span<const int> labels{};  ///< of its triangles, or empty
 };
 
+enum class MeshStage { Draft, Final };
 /// Looks at a mesh and says what sizes at its vertices to go on with, or nothing where it is good. Called for drafts first, then for
 /// meshes that may be the last.
-enum class MeshStage { Draft, Final };
 using Recheck = std::function<std::optional<std::vector<double>>(const SurfaceMesh& mesh, MeshStage stage)>;
 
 /// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features, corners and
