@@ -1,5 +1,7 @@
 #include "gradus/curvature/estimate.hpp"
 
+#include "gradus/surface/unit_normal.hpp"
+
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -20,10 +22,6 @@ constexpr int kEnoughForCubic = 15;         // vertices, the one in the middle a
 constexpr int kMostVertices = 400;
 constexpr double kNormalWeight = 0.5;       // of a slope against a height, once both are lengths
 constexpr double kRidge = 1e-9;             // keeps what the vertices do not tell near zero
-
-Vector3d any_tangent(const Vector3d& n) {
-    return (std::abs(n.x()) < 0.6 ? Vector3d(0, n.z(), -n.y()) : Vector3d(-n.z(), 0, n.x())).normalized();
-}
 
 // The wedges some rings around one, ring by ring. Reused from wedge to wedge.
 class Neighbourhood {

@@ -1,6 +1,7 @@
 #include "editor.hpp"
 
 #include "gradus/control/metric.hpp"
+#include "gradus/surface/unit_normal.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
@@ -16,10 +17,6 @@ constexpr double kStillMoves = 2e-3; // moves below this fraction of the size ar
 constexpr int kPairRounds = 4;
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
 constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
-
-Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
-    return (std::abs(n.x()) < 0.6 ? Eigen::Vector3d(0, n.z(), -n.y()) : Eigen::Vector3d(-n.z(), 0, n.x())).normalized();
-}
 
 // First and second derivatives of the energy sum in a tangent plane.
 struct Derivatives {

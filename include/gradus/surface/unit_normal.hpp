@@ -1,6 +1,7 @@
 /// Normals where S_u x S_v vanishes: at poles (collapsed sides) and at corners with a zero derivative.
 #pragma once
 
+#include <cmath>
 #include <optional>
 
 #include "gradus/surface/parametric_surface.hpp"
@@ -17,5 +18,10 @@ std::optional<Eigen::Vector2d> way_out_of_degeneracy(const Domain& domain, const
 /// Unit vector along S_u x S_v. Where that vanishes, its limit along the way out: by the first derivative of S_u x S_v, and if that
 /// vanishes too, by extrapolating unit normals from nearby. Zero only for a surface that has no normal there.
 Eigen::Vector3d unit_normal(const ParametricSurface& surface, const Eigen::Vector2d& uv);
+
+/// A unit vector across the unit vector n.
+inline Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
+    return (std::abs(n.x()) < 0.6 ? Eigen::Vector3d(0, n.z(), -n.y()) : Eigen::Vector3d(-n.z(), 0, n.x())).normalized();
+}
 
 }  // namespace gradus
