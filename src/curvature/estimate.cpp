@@ -183,6 +183,23 @@ class Fitter {
     double sx_ = 1, sy_ = 1;
 };
 
+// Takes a fitted normal back to where the facets around it turn: where few vertices far away lead a fit astray they know better.
+Vector3d among_facets(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges, int wedge, const Vector3d& middle, const Vector3d& fitted) {
+    double least = 1;
+    wedges.for_each(mesh, wedge, [&](int h) {
+        const Vector3d& p = points[mesh.origin(h)];
+        const Vector3d n = (points[mesh.target(h)] - p).cross(points[mesh.apex(h)] - p);
+        const double length = n.norm();
+        if (length > 0) least = std::min(least, n.dot(middle) / length);
+    });
+    const double cosine = fitted.dot(middle);
+    if (cosine >= least) return fitted;
+    const Vector3d away = fitted - cosine * middle;
+    const double length = away.norm();
+    least = std::min(1.0, std::max(least, 0.0));
+    return length > 0 ? Vector3d(least * middle + std::sqrt(1 - least * least) / length * away) : middle;
+}
+
 }  // namespace
 
 std::vector<WedgeCurvature> estimate_curvature(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges,
@@ -212,6 +229,7 @@ std::vector<WedgeCurvature> estimate_curvature(std::span<const Vector3d> points,
             }
             if (!fitted)
                 if (const auto fit = fitter.fit(near.members())) result[wedge] = *fit;
+            result[wedge].normal = among_facets(points, mesh, wedges, wedge, normals[wedge], result[wedge].normal);
         }
     });
     return result;

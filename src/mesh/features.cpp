@@ -13,6 +13,10 @@ namespace {
 constexpr int kReach = 3;                // edges on either side that tell a corner from a jag
 constexpr double kRelief = 0.15;         // of the scale
 constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
+constexpr double kAlike = 3;
+// A crease stands out where the surface beside it turns little: by this part of the crease's own turn at most, or by what that
+// exceeds kSurely by.
+constexpr double kBeside = 0.15, kSurely = 1.05;
 
 using Points = std::span<const Eigen::Vector3d>;
 
@@ -30,10 +34,12 @@ class Finder {
     Finder(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known)
         : points_(points), mesh_(mesh), options_(options), kind_(3 * static_cast<std::size_t>(mesh.num_triangles()), Kind::None), degree_(mesh.num_vertices(), 0) {
         mark_certain(known);
+        find_normals();
         mark_creases();
         continue_creases();
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
             if (kind_[h] == Kind::Crease || kind_[h] == Kind::Certain) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
+        while (drop_unclear()) continue;
         drop_short();
         drop_small_trees();
     }
@@ -83,36 +89,39 @@ class Finder {
             if (const int h = mesh_.find_edge(a, b); h >= 0) kind_[edge_of(mesh_, h)] = Kind::Certain;
     }
 
+    void find_normals() {
+        normals_.resize(mesh_.num_triangles());
+        for (int t = 0; t < mesh_.num_triangles(); ++t) normals_[t] = normal_of(points_, mesh_.triangle(t));
+    }
+
     void mark_creases() {
-        std::vector<Eigen::Vector3d> normals(mesh_.num_triangles());
-        for (int t = 0; t < mesh_.num_triangles(); ++t) normals[t] = normal_of(points_, mesh_.triangle(t));
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
             const int g = mesh_.twin(h);
             if (g < h || kind_[h] == Kind::Certain) continue;
-            const Eigen::Vector3d &n = normals[h / 3], &m = normals[g / 3];
+            const Eigen::Vector3d &n = normals_[h / 3], &m = normals_[g / 3];
             if (n.isZero() || m.isZero()) continue;
             const Eigen::Vector3d axis = along(mesh_.origin(h), mesh_.target(h));
             const double turn = turn_about(axis, n, m);
             if (std::abs(turn) < options_.weak_angle) continue;
-            if (std::abs(turn) < options_.sharp_angle && turns_on(normals, axis, turn, h) && turns_on(normals, axis, turn, g)) continue;
-            if (options_.scale > 0 && relief(normals, h) < kRelief * options_.scale) continue;
+            if (std::abs(turn) < options_.sharp_angle && alike(width_of(h), width_of(g)) && turns_on(axis, turn, h) && turns_on(axis, turn, g)) continue;
+            if (options_.scale > 0 && relief(h) < kRelief * options_.scale) continue;
             kind_[h] = std::abs(turn) >= options_.angle ? Kind::Crease : Kind::Weak;
         }
     }
 
     // How far the middle of an edge lies from the line between the points at `scale` to either side, straight over the facets.
-    double relief(const std::vector<Eigen::Vector3d>& normals, int h) const {
+    double relief(int h) const {
         const Eigen::Vector3d middle = (points_[mesh_.origin(h)] + points_[mesh_.target(h)]) / 2;
-        const Eigen::Vector3d a = straight_from(normals, h, middle), b = straight_from(normals, mesh_.twin(h), middle), ab = b - a;
+        const Eigen::Vector3d a = straight_from(h, middle), b = straight_from(mesh_.twin(h), middle), ab = b - a;
         const double length2 = ab.squaredNorm(), t = length2 > 0 ? std::clamp((middle - a).dot(ab) / length2, 0.0, 1.0) : 0;
         return (a + t * ab - middle).norm();
     }
 
-    Eigen::Vector3d straight_from(const std::vector<Eigen::Vector3d>& normals, int entry, Eigen::Vector3d at) const {
+    Eigen::Vector3d straight_from(int entry, Eigen::Vector3d at) const {
         constexpr int kMostTriangles = 200;
         double left = options_.scale;
         const auto direction = [&](int h) { return along(mesh_.origin(h), mesh_.target(h)); };
-        const auto inward = [&](int h) { return Eigen::Vector3d(normals[h / 3].cross(direction(h))); };
+        const auto inward = [&](int h) { return Eigen::Vector3d(normals_[h / 3].cross(direction(h))); };
         Eigen::Vector3d way = inward(entry);
         for (int step = 0; step < kMostTriangles; ++step) {
             int exit = -1;
@@ -123,7 +132,7 @@ class Finder {
             }
             at += first * way;
             left -= first;
-            if (exit < 0 || mesh_.twin(exit) < 0 || normals[mesh_.twin(exit) / 3].isZero()) return at;
+            if (exit < 0 || mesh_.twin(exit) < 0 || normals_[mesh_.twin(exit) / 3].isZero()) return at;
             const double ahead = way.dot(direction(exit)), across = std::max(0.0, -way.dot(inward(exit)));
             entry = mesh_.twin(exit);
             way = -ahead * direction(entry) + across * inward(entry);
@@ -135,13 +144,22 @@ class Finder {
         return std::atan2(from.cross(to).dot(axis), from.dot(to));
     }
 
+    // How far the triangle of h reaches from it.
+    double width_of(int h) const {
+        const Eigen::Vector3d edge = points_[mesh_.target(h)] - points_[mesh_.origin(h)], side = points_[mesh_.apex(h)] - points_[mesh_.origin(h)];
+        return edge.cross(side).norm() / edge.norm();
+    }
+
+    // Facets of a coarse round are about as wide as each other.
+    static bool alike(double a, double b) { return std::max(a, b) <= kAlike * std::min(a, b); }
+
     // Whether the surface beside h turns on, about the same axis and the same way, half as much as across h: a coarse round, no crease.
-    bool turns_on(const std::vector<Eigen::Vector3d>& normals, const Eigen::Vector3d& axis, double turn, int h) const {
+    bool turns_on(const Eigen::Vector3d& axis, double turn, int h) const {
         const double sign = mesh_.twin(h) < h ? 1 : -1;  // away from the edge
         double most = 0;
         mesh_.for_each_outgoing(mesh_.apex(h), [&](int e) {
-            if (normals[e / 3].isZero()) return;
-            most = std::max(most, sign * turn_about(axis, normals[h / 3], normals[e / 3]) * (turn > 0 ? 1 : -1));
+            if (normals_[e / 3].isZero()) return;
+            most = std::max(most, sign * turn_about(axis, normals_[h / 3], normals_[e / 3]) * (turn > 0 ? 1 : -1));
         });
         return most >= std::abs(turn) / 2;
     }
@@ -167,6 +185,63 @@ class Finder {
                 queue.push_back(best);
             }
         }
+    }
+
+    // Angle between the two facets of an edge.
+    double turn_of(int h) const {
+        const Eigen::Vector3d &n = normals_[h / 3], &m = normals_[mesh_.twin(h) / 3];
+        return std::atan2(n.cross(m).norm(), n.dot(m));
+    }
+
+    // Sum and number of the turns at the sides of the two triangles of h that are no features.
+    std::pair<double, int> turns_beside(int h) const {
+        double sum = 0;
+        int count = 0;
+        for (const int side : {h, mesh_.twin(h)})
+            for (const int e : {Connectivity::next(side), Connectivity::prev(side)})
+                if (!is_feature(e)) sum += turn_of(e), ++count;
+        return {sum, count};
+    }
+
+    // Takes away creases, from where they begin, meet or end, that do not stand out from the surface beside them: on a noisy or
+    // rough one single edges turn as much as a crease does. @returns whether there were any
+    bool drop_unclear() {
+        std::vector<char> seen(kind_.size(), 0);
+        std::vector<int> dropped, run;
+        for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
+            if (kind_[h] != Kind::Crease || seen[h]) continue;
+            run.assign(1, h);
+            seen[h] = 1;
+            for (int at : {mesh_.origin(h), mesh_.target(h)})
+                while (degree_[at] == 2) {
+                    int following = -1, beyond = -1;
+                    for_each_edge(at, [&](int e, int other) {
+                        const int edge = edge_of(mesh_, e);
+                        if (kind_[edge] == Kind::Crease && !seen[edge]) following = edge, beyond = other;
+                    });
+                    if (following < 0) break;
+                    seen[following] = 1;
+                    run.push_back(following);
+                    at = beyond;
+                }
+            double length = 0, turn = 0, beside = 0;
+            for (const int e : run) {
+                const double part = (points_[mesh_.target(e)] - points_[mesh_.origin(e)]).norm();
+                const auto [sum, count] = turns_beside(e);
+                length += part;
+                turn += part * turn_of(e);
+                if (count > 0) beside += part * sum / count;
+            }
+            if (beside > std::max(kBeside * turn, turn - kSurely * length)) dropped.insert(dropped.end(), run.begin(), run.end());
+        }
+        for (const int e : dropped) drop(e);
+        return !dropped.empty();
+    }
+
+    void drop(int edge) {
+        kind_[edge] = Kind::None;
+        --degree_[mesh_.origin(edge)];
+        --degree_[mesh_.target(edge)];
     }
 
     // Takes away creases of few edges that end freely. What hangs together is followed from its free end.
@@ -195,11 +270,7 @@ class Finder {
                 }
             }
             if (static_cast<int>(edges.size()) >= options_.shortest || (joins && edges.empty())) continue;
-            for (const int e : edges) {
-                kind_[e] = Kind::None;
-                --degree_[mesh_.origin(e)];
-                --degree_[mesh_.target(e)];
-            }
+            for (const int e : edges) drop(e);
         }
     }
 
@@ -231,9 +302,7 @@ class Finder {
         edges([&](int h) {
             const Network& network = networks[sets.find(mesh_.origin(h))];
             if (network.certain || network.edges >= network.vertices || network.length >= shortest) return;
-            kind_[h] = Kind::None;
-            --degree_[mesh_.origin(h)];
-            --degree_[mesh_.target(h)];
+            drop(h);
         });
     }
 
@@ -288,6 +357,7 @@ class Finder {
     Points points_;
     Connectivity& mesh_;
     const FeatureOptions& options_;
+    std::vector<Eigen::Vector3d> normals_;  // of facets; zero where they have none
     std::vector<Kind> kind_;
     std::vector<int> degree_;  // feature edges per vertex
 };

@@ -244,6 +244,13 @@ std::pair<double, double> Editor::flip_energies(int h) const {
     return {triangle_energy(v, w, c) + triangle_energy(w, v, d), triangle_energy(v, d, c) + triangle_energy(d, w, c)};
 }
 
+double Editor::flip_height(int h) const {
+    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(mesh_.twin(h))];
+    const Eigen::Vector3d n = (w.p - v.p).cross(d.p - c.p);
+    const double length = n.norm();
+    return length > 0 ? std::abs((c.p - v.p).dot(n)) / (length * std::min({v.h, w.h, c.h, d.h})) : std::numeric_limits<double>::infinity();
+}
+
 double Editor::flip_rise(int h) const {
     const auto [before, after] = flip_energies(h);
     return after - before;
@@ -320,9 +327,15 @@ int Editor::split(int h) {
         take_foot(m, *foot);
     }
     const int g = mesh_.twin(h);
-    const Vertex& c = vertices_[mesh_.apex(h)];
-    if (std::max(triangle_energy(va, m, c), triangle_energy(m, vb, c)) > kLegalEnergy) return -1;
-    if (g >= 0 && std::max(triangle_energy(vb, m, vertices_[mesh_.apex(g)]), triangle_energy(m, va, vertices_[mesh_.apex(g)])) > kLegalEnergy) return -1;
+    double now = kLegalEnergy, then = 0;
+    for (const int side : {h, g}) {
+        if (side < 0) continue;
+        const Vertex &a = vertices_[mesh_.origin(side)], &b = vertices_[mesh_.target(side)], &c = vertices_[mesh_.apex(side)];
+        now = std::max(now, triangle_energy(a, b, c));
+        then = std::max({then, triangle_energy(a, m, c), triangle_energy(m, b, c)});
+    }
+    // Of a needle's halves one is worse than the whole was, until the other long side is split too.
+    if (then > 2 * now) return -1;
     const int v = mesh_.split(h);
     if (v >= static_cast<int>(vertices_.size())) vertices_.resize(v + 1);
     stamp_.resize(mesh_.num_triangles(), 0);

@@ -140,6 +140,7 @@ class Editor {
     // Energy of the two triangles of h now, and after a flip.
     std::pair<double, double> flip_energies(int h) const;
     double flip_rise(int h) const;
+    double flip_height(int h) const;  // distance between the edges before and after, over the size
     // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less at `mean`.
     enum class Operation { Flip, Collapse, Split };
     enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too

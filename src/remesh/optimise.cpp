@@ -15,6 +15,8 @@ constexpr double kLongest = std::numbers::sqrt2;       // metric lengths between
 constexpr double kShortest = 1 / std::numbers::sqrt2;
 constexpr double kValenceWorth = 0.15;  // energy that one unit of valence penalty is worth to a flip
 constexpr int kFitRounds = 2;
+constexpr int kMostSplitPasses = 40;
+constexpr double kFlat = 0.02;  // height over the size, of flips that do not leave the surface however long the edges
 constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 // Bounds on the search for better worst triangles, in moves of a vertex; without them a map that jumps keeps it busy for minutes.
@@ -45,18 +47,47 @@ std::vector<LengthAt> edges_where(const Editor& editor, const OptimiseOptions& o
     return edges;
 }
 
-int split_long(Editor& editor, const OptimiseOptions& options) {
-    int splits = 0;
-    for (int pass = 0; pass < 40; ++pass) {
+// Flips while energy plus weighted valence penalty falls: each flip lowers it, so this ends; the bound is for rounding.
+int flip_edges(Editor& editor, const OptimiseOptions& options, double highest = std::numeric_limits<double>::infinity()) {
+    const Connectivity& mesh = editor.mesh();
+    const int halfedges = 3 * mesh.num_triangles();
+    std::vector<int> queue;
+    std::vector<char> queued(halfedges, 0);
+    for (int h = 0; h < halfedges; ++h)
+        if (mesh.is_live_triangle(h / 3) && mesh.twin(h) > h && (options.is_active(mesh.origin(h)) || options.is_active(mesh.target(h))))
+            queue.push_back(h), queued[h] = 1;
+    int flips = 0;
+    for (std::size_t i = 0; i < queue.size() && flips < kFlipsPerEdge * halfedges; ++i) {
+        const int h = queue[i];
+        queued[h] = 0;
+        if (!editor.can_flip(h) || (std::isfinite(highest) && editor.flip_height(h) > highest)) continue;
+        if (editor.flip_rise(h) >= kValenceWorth * editor.flip_gain(h) - 1e-9 || !editor.flip(h)) continue;
+        ++flips;
+        const int g = mesh.twin(Connectivity::next(h));
+        for (const int e : {h, Connectivity::prev(h), Connectivity::next(g), Connectivity::prev(g)}) {
+            const int edge = std::max(e, mesh.twin(e)) == e && mesh.twin(e) >= 0 ? mesh.twin(e) : e;
+            if (mesh.twin(edge) >= 0 && !queued[edge]) queued[edge] = 1, queue.push_back(edge);
+        }
+    }
+    return flips;
+}
+
+// Halves the edges that are too long, the longest first; where some are much too long, as those of needles are, flips between the passes.
+void split_long(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
+    double longer_than = std::numeric_limits<double>::infinity();
+    for (int pass = 0; pass < kMostSplitPasses; ++pass) {
         auto edges = edges_where(editor, options, [&](int h) { return editor.longest_length(h) > kLongest; }, [](double l) { return l > kLongest; });
+        if (edges.empty()) break;
         std::sort(edges.begin(), edges.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(-a.length, a.halfedge) < std::pair(-b.length, b.halfedge); });
+        const bool last = longer_than == kLongest;
+        longer_than = std::max(kLongest, std::min(longer_than, edges.front().length) / 2);
         int done = 0;
         for (const LengthAt& e : edges)
-            if (editor.length(e.halfedge) > kLongest && editor.split(e.halfedge) >= 0) ++done;
-        splits += done;
-        if (done == 0) break;
+            if (e.length > longer_than && editor.length(e.halfedge) > longer_than && editor.split(e.halfedge) >= 0) ++done;
+        report.splits += done;
+        if (longer_than > kLongest) report.flips += flip_edges(editor, options, kFlat);
+        else if (last && done == 0) break;
     }
-    return splits;
 }
 
 int collapse_short(Editor& editor, const OptimiseOptions& options) {
@@ -76,31 +107,6 @@ int collapse_short(Editor& editor, const OptimiseOptions& options) {
         if (done == 0) break;
     }
     return collapses;
-}
-
-// Flips while energy plus weighted valence penalty falls: each flip lowers it, so this ends; the bound is for rounding.
-int flip_edges(Editor& editor, const OptimiseOptions& options) {
-    const Connectivity& mesh = editor.mesh();
-    const int halfedges = 3 * mesh.num_triangles();
-    std::vector<int> queue;
-    std::vector<char> queued(halfedges, 0);
-    for (int h = 0; h < halfedges; ++h)
-        if (mesh.is_live_triangle(h / 3) && mesh.twin(h) > h && (options.is_active(mesh.origin(h)) || options.is_active(mesh.target(h))))
-            queue.push_back(h), queued[h] = 1;
-    int flips = 0;
-    for (std::size_t i = 0; i < queue.size() && flips < kFlipsPerEdge * halfedges; ++i) {
-        const int h = queue[i];
-        queued[h] = 0;
-        if (!editor.can_flip(h)) continue;
-        if (editor.flip_rise(h) >= kValenceWorth * editor.flip_gain(h) - 1e-9 || !editor.flip(h)) continue;
-        ++flips;
-        const int g = mesh.twin(Connectivity::next(h));
-        for (const int e : {h, Connectivity::prev(h), Connectivity::next(g), Connectivity::prev(g)}) {
-            const int edge = std::max(e, mesh.twin(e)) == e && mesh.twin(e) >= 0 ? mesh.twin(e) : e;
-            if (mesh.twin(edge) >= 0 && !queued[edge]) queued[edge] = 1, queue.push_back(edge);
-        }
-    }
-    return flips;
 }
 
 void smooth(Editor& editor, const OptimiseOptions& options, int sweeps) {
@@ -318,7 +324,7 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
     OptimiseReport report;
     const int sweeps = options.fast ? 1 : 2;
     for (int round = 0; round < (options.fast ? 1 : kFitRounds); ++round) {
-        report.splits += split_long(editor, options);
+        split_long(editor, options, report);
         report.collapses += collapse_short(editor, options);
         // What is next to each other in space is next to each other in memory from here on.
         if (round == 0 && options.active.empty()) editor.renumber();

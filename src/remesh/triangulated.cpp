@@ -70,18 +70,17 @@ Foot TriangleSupport::at_vertex(int vertex, int cell) const {
 
 std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& target) const {
     const Connectivity& mesh = surface_.mesh();
-    // From a feature the way may begin on either side.
-    SmoothSupport::Foot best{-1, 0, 0};
-    const auto try_from = [&](int triangle) {
-        const auto foot = surface_.walk(triangle, target);
-        if (best.triangle < 0 || (best.barred && !foot.barred)) best = foot;
-    };
+    // From a vertex or a feature the way may begin on any side: the one that leads closest.
     const auto& [triangle, uv] = from.at;
     const std::array<double, 3> w{1 - uv.x() - uv.y(), uv.x(), uv.y()};
-    try_from(triangle);
-    for (int k = 0; best.barred && k < 3; ++k) {
+    SmoothSupport::Foot best = surface_.walk(triangle, target);
+    const auto try_from = [&](int start) {
+        if (const auto foot = surface_.walk(start, target); foot.distance2 < best.distance2) best = foot;
+    };
+    for (int k = 0; k < 3; ++k) {
+        const int side = 3 * triangle + (k + 1) % 3;
         if (w[k] == 1) mesh.for_each_outgoing(mesh.origin(3 * triangle + k), [&](int h) { try_from(h / 3); });
-        else if (const int side = 3 * triangle + (k + 1) % 3; w[k] == 0 && mesh.twin(side) >= 0) try_from(mesh.twin(side) / 3);
+        else if (w[k] == 0 && mesh.tag(side) >= 0 && mesh.twin(side) >= 0) try_from(mesh.twin(side) / 3);
     }
     if (best.barred) return std::nullopt;
     Vector3d point = patch(best.triangle).point(best.b, best.c), normal = patch(best.triangle).normal(best.b, best.c);

@@ -257,10 +257,19 @@ SmoothSupport::Foot SmoothSupport::walk(int triangle, const Vector3d& p) const {
             if (w[k] < 1 - kEnd) continue;
             // At corner k: its fan up to features on either side.
             const int start = 3 * triangle + k;
-            for (int h = start; mesh.tag(Connectivity::prev(h)) < 0 && (h = mesh.rotate(h)) != Connectivity::kNone && h != start;) consider(h / 3);
-            for (int h = start; mesh.tag(h) < 0 && mesh.twin(h) >= 0 && (h = Connectivity::next(mesh.twin(h))) != start;) consider(h / 3);
+            int h = start;
+            do {
+                if (barred = mesh.tag(Connectivity::prev(h)) >= 0 || mesh.rotate(h) == Connectivity::kNone; barred) break;
+                h = mesh.rotate(h);
+                consider(h / 3);
+            } while (h != start);
+            if (!barred) continue;
+            for (h = start; mesh.tag(h) < 0 && mesh.twin(h) >= 0;) {
+                h = Connectivity::next(mesh.twin(h));
+                consider(h / 3);
+            }
         }
-        if (best < 0) return {triangle, here.b, here.c, barred};
+        if (best < 0) return {triangle, here.b, here.c, barred, here.distance2};
         triangle = best;
         here = look(best);
     }

@@ -48,6 +48,7 @@ class SmoothSupport {
         int triangle;
         double b, c;
         bool barred = false;  ///< the way to a closer triangle leads across a feature
+        double distance2 = 0; ///< squared, to the facet
     };
     /// The facet closest to p among those reached from `triangle` by ever closer ones, without crossing a feature.
     Foot walk(int triangle, const Eigen::Vector3d& p) const;
