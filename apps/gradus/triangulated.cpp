@@ -6,8 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include <numeric>
 
 #include "files.hpp"
 #include "gradus/io/mesh_files.hpp"
@@ -19,8 +18,7 @@ namespace {
 
 constexpr double kChordShare = 0.4;    // of the chord error that sizes ask of edges: triangles are farther off than their edges
 constexpr double kBulgeShare = 0.2;    // that the smooth surface may be off the triangulation
-constexpr int kMostDrafts = 2, kMostRefinements = 16;
-constexpr double kDraftShare = 0.85;   // of it that drafts keep
+constexpr int kMostDrafts = 3, kMostRefinements = 16;
 constexpr int kMostInVain = 3;
 constexpr double kProgress = 0.95;
 constexpr double kGoal = 0.8;          // of the chord error, aimed at where it was not kept
@@ -32,36 +30,27 @@ constexpr double kFinest = 0.1;        // of the default hmin, down to which siz
 // Measures meshes against the triangulation, and lowers their sizes where they are too far from it.
 class Keeper {
   public:
-    Keeper(const Triangulation& surface, const SmoothSupport& support, const std::optional<GradationOptions>& gradation, double hmin, TriangulatedMesh& mesh)
-        : surface_(surface), support_(support), gradation_(gradation), hmin_(hmin), mesh_(mesh), target_({surface.soup().points, surface.soup().triangles}) {}
+    Keeper(const Triangulation& surface, const std::optional<GradationOptions>& gradation, double hmin, TriangulatedMesh& mesh)
+        : surface_(surface), gradation_(gradation), hmin_(hmin), mesh_(mesh), target_({surface.soup().points, surface.soup().triangles}) {}
 
-    void measure(const SurfaceMesh& mesh, double limit, double precision) {
+    // Two-sided, without a limit.
+    void measure(const SurfaceMesh& mesh) {
         const MeshView input{surface_.soup().points, surface_.soup().triangles}, output{mesh.points, mesh.triangles};
-        std::vector<int> near;
-        for (const SurfacePoint& at : mesh.places) near.push_back(at.patch);
-        mesh_.deviation.from_mesh = target_.measure_from(output, {.limit = limit, .precision = precision, .near = near});
-        mesh_.deviation.from_input = DistanceTarget(output).measure_from(input, {.limit = limit, .precision = precision});
+        mesh_.deviation.from_mesh = target_.measure_from(output, {.precision = kPrecision, .near = triangles_under(mesh)});
+        mesh_.deviation.from_input = DistanceTarget(output).measure_from(input, {.precision = kPrecision, .near = triangles_over(mesh)});
     }
 
-    // Sizes at the vertices of a draft to go on with, by samples; nothing where they all keep the chord error.
+    // Sizes at the vertices of a draft to go on with; nothing where its triangles keep the chord error.
     std::optional<std::vector<double>> refine_draft(const SurfaceMesh& mesh, double chord_error) {
         if (mesh_.refinements == kMostDrafts) return std::nullopt;
-        std::vector<std::pair<int, double>> far(mesh.triangles.size(), {-1, 0.0});
-        tbb::parallel_for(tbb::blocked_range<int>(0, static_cast<int>(far.size()), 512), [&](const auto& range) {
-            for (int t = range.begin(); t < range.end(); ++t)
-                if (const double d = sampled_distance(mesh, mesh.triangles[t], chord_error); d > chord_error) far[t] = {t, d};
-        });
-        std::erase_if(far, [](const auto& f) { return f.first < 0; });
-        return lowered(mesh, far, chord_error);
+        const OneSidedDistance found = target_.measure_from({mesh.points, mesh.triangles}, {.limit = chord_error, .precision = kCoarsePrecision, .near = triangles_under(mesh)});
+        return lowered(mesh, found.beyond, chord_error);
     }
 
-    // The same for a mesh that may be the last, proved.
+    // The same for a mesh that may be the last.
     std::optional<std::vector<double>> refine(const SurfaceMesh& mesh, double chord_error) {
-        measure(mesh, chord_error, kCoarsePrecision);
-        if (mesh_.deviation.bound() <= chord_error) return std::nullopt;
-        std::vector<std::pair<int, double>> far;
-        for (const TooFar& f : mesh_.deviation.from_mesh.beyond) far.emplace_back(f.triangle, f.distance);
-        for (const TooFar& f : mesh_.deviation.from_input.beyond) far.emplace_back(f.nearest, f.distance);
+        const std::vector<TooFar> far = prove(mesh, chord_error);
+        if (far.empty()) return std::nullopt;
         // Where neither their number nor their distance falls, smaller elements do not help.
         const bool better = far.size() < fewest_ || mesh_.deviation.bound() < kProgress * nearest_;
         fewest_ = std::min(fewest_, far.size());
@@ -72,33 +61,111 @@ class Keeper {
     }
 
   private:
-    // Largest distance to the input of the middles of a triangle and its sides.
-    double sampled_distance(const SurfaceMesh& mesh, const Triangle& t, double limit) const {
-        const Eigen::Vector3d &a = mesh.points[t[0]], &b = mesh.points[t[1]], &c = mesh.points[t[2]];
-        double largest = 0;
-        const int start = mesh.places[t[0]].patch;
-        for (const Eigen::Vector3d& p : {Eigen::Vector3d((a + b + c) / 3), Eigen::Vector3d((a + b) / 2), Eigen::Vector3d((b + c) / 2), Eigen::Vector3d((c + a) / 2)}) {
-            const SmoothSupport::Foot foot = support_.walk(start, p);
-            const Triangle& v = surface_.soup().triangles[foot.triangle];
-            const auto& points = surface_.soup().points;
-            double distance = (p - ((1 - foot.b - foot.c) * points[v[0]] + foot.b * points[v[1]] + foot.c * points[v[2]])).norm();
-            // The walk may have ended at a feature.
-            if (distance > limit) distance = target_.distance(p, foot.triangle);
-            largest = std::max(largest, distance);
+    // For each vertex of a mesh the triangle of the input under it.
+    static std::vector<int> triangles_under(const SurfaceMesh& mesh) {
+        std::vector<int> under;
+        under.reserve(mesh.places.size());
+        for (const SurfacePoint& at : mesh.places) under.push_back(at.patch);
+        return under;
+    }
+
+    // For each vertex of the input a triangle of the mesh near it: those at the mesh's vertices, spread over the input.
+    std::vector<int> triangles_over(const SurfaceMesh& mesh) const {
+        const Connectivity& input = surface_.mesh();
+        std::vector<int> over(input.num_vertices(), -1), queue;
+        queue.reserve(over.size());
+        const auto reach = [&](int vertex, int triangle) {
+            if (over[vertex] < 0) over[vertex] = triangle, queue.push_back(vertex);
+        };
+        for (int t = 0; t < std::ssize(mesh.triangles); ++t)
+            for (const int v : mesh.triangles[t])
+                for (const int corner : input.triangle(mesh.places[v].patch)) reach(corner, t);
+        for (std::size_t i = 0; i < queue.size(); ++i)
+            input.for_each_outgoing(queue[i], [&](int h) {
+                reach(input.target(h), over[queue[i]]);
+                reach(input.apex(h), over[queue[i]]);
+            });
+        return over;
+    }
+
+    // Proves the distance both ways, anew only where the mesh is not that of the last proof. @returns the triangles of the mesh
+    // that are too far off, or that too distant ones of the input are closest to
+    std::vector<TooFar> prove(const SurfaceMesh& mesh, double limit) {
+        const MeshView input{surface_.soup().points, surface_.soup().triangles}, output{mesh.points, mesh.triangles};
+        const std::vector<int> now = same_triangles(proof_.mesh, mesh);
+        std::vector<char> mesh_kept(mesh.triangles.size(), 0), input_kept(input.triangles.size(), 0);
+        for (std::size_t t = 0; t < now.size(); ++t)
+            if (now[t] >= 0 && proof_.kept[t]) mesh_kept[now[t]] = 1;
+        proof_.witnesses.resize(input.triangles.size());
+        for (std::size_t t = 0; t < input.triangles.size(); ++t) {
+            Witnesses& w = proof_.witnesses[t];
+            for (int i = 0; i < w.size && w.proved; ++i) w.proved = (w[i] = now[w[i]]) >= 0;
+            input_kept[t] = w.proved;
         }
-        return largest;
+        Deviation& found = mesh_.deviation;
+        found.from_mesh = target_.measure_from(output, {.limit = limit, .precision = kCoarsePrecision, .near = triangles_under(mesh), .skip = mesh_kept});
+        found.from_input = DistanceTarget(output).measure_from(
+            input, {.limit = limit, .precision = kCoarsePrecision, .near = triangles_over(mesh), .skip = input_kept, .witnesses = proof_.witnesses});
+        // What was proved before holds within the limit.
+        proof_.bound_of_kept = std::max({proof_.bound_of_kept, std::min(limit, found.from_mesh.bound), std::min(limit, found.from_input.bound)});
+        found.from_mesh.bound = std::max(found.from_mesh.bound, proof_.bound_of_kept);
+        found.from_input.bound = std::max(found.from_input.bound, proof_.bound_of_kept);
+        proof_.kept.assign(mesh.triangles.size(), 1);
+        for (const TooFar& f : found.from_mesh.beyond) proof_.kept[f.triangle] = 0;
+        proof_.mesh = mesh;
+        std::vector<TooFar> far = found.from_mesh.beyond;
+        for (const TooFar& f : found.from_input.beyond) far.push_back({f.nearest, f.distance, f.point, f.triangle});
+        return far;
+    }
+
+    // For each triangle of one mesh that with the same corners in another, or -1.
+    static std::vector<int> same_triangles(const SurfaceMesh& old, const SurfaceMesh& mesh) {
+        std::vector<int> same(old.triangles.size(), -1);
+        if (old.triangles.empty()) return same;
+        const auto before = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+            return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+        };
+        std::vector<int> sorted(mesh.points.size());
+        std::iota(sorted.begin(), sorted.end(), 0);
+        std::sort(sorted.begin(), sorted.end(), [&](int a, int b) { return before(mesh.points[a], mesh.points[b]); });
+        std::vector<int> vertex(old.points.size(), -1);
+        for (std::size_t v = 0; v < vertex.size(); ++v) {
+            const auto at = std::lower_bound(sorted.begin(), sorted.end(), old.points[v], [&](int a, const Eigen::Vector3d& p) { return before(mesh.points[a], p); });
+            if (at != sorted.end() && mesh.points[*at] == old.points[v]) vertex[v] = *at;
+        }
+        // A triangle is filed under its smallest vertex.
+        std::vector<int> first(mesh.points.size() + 1, 0), filed(mesh.triangles.size());
+        for (const Triangle& t : mesh.triangles) ++first[std::min({t[0], t[1], t[2]}) + 1];
+        for (std::size_t v = 0; v + 1 < first.size(); ++v) first[v + 1] += first[v];
+        std::vector<int> next(first.begin(), first.end() - 1);
+        for (int t = 0; t < std::ssize(mesh.triangles); ++t) filed[next[std::min({mesh.triangles[t][0], mesh.triangles[t][1], mesh.triangles[t][2]})]++] = t;
+        const auto from_smallest = [](Triangle t) {
+            std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+            return t;
+        };
+        for (std::size_t i = 0; i < same.size(); ++i) {
+            const auto& [a, b, c] = old.triangles[i];
+            if (vertex[a] < 0 || vertex[b] < 0 || vertex[c] < 0) continue;
+            const Triangle wanted = from_smallest({vertex[a], vertex[b], vertex[c]});
+            for (int k = first[wanted[0]]; k < first[wanted[0] + 1]; ++k)
+                if (from_smallest(mesh.triangles[filed[k]]) == wanted) same[i] = filed[k];
+        }
+        return same;
     }
 
     // Sizes of a mesh, lower at the triangles that are too far off; nothing where none can be.
-    std::optional<std::vector<double>> lowered(const SurfaceMesh& mesh, const std::vector<std::pair<int, double>>& far, double chord_error) {
+    std::optional<std::vector<double>> lowered(const SurfaceMesh& mesh, const std::vector<TooFar>& far, double chord_error) {
         if (far.empty() || mesh_.refinements == kMostRefinements) return std::nullopt;
         std::vector<double> sizes = mesh.sizes;
         bool any = false;
-        // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones.
-        const double power = mesh_.refinements < kMostDrafts ? 0.5 : 1;
-        for (const auto& [triangle, distance] : far) {
-            const double factor = std::clamp(std::pow(kGoal * chord_error / std::max(distance, chord_error), power), kSteepest, kLeast);
-            for (const int v : mesh.triangles[triangle]) {
+        lowered_at_.resize(surface_.soup().triangles.size(), 0);
+        for (const TooFar& f : far) {
+            // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones, where that did not do.
+            char& before = lowered_at_[mesh.places[mesh.triangles[f.triangle][0]].patch];
+            const double power = before ? 1 : 0.5;
+            before = mesh_.refinements >= kMostDrafts;
+            const double factor = std::clamp(std::pow(kGoal * chord_error / std::max(f.distance, chord_error), power), kSteepest, kLeast);
+            for (const int v : mesh.triangles[f.triangle]) {
                 const double size = std::max(factor * mesh.sizes[v], hmin_);
                 if (size < sizes[v]) sizes[v] = size, any = true;
             }
@@ -109,12 +176,20 @@ class Keeper {
         return sizes;
     }
 
+    struct Proof {
+        SurfaceMesh mesh;
+        std::vector<char> kept;            // triangles of the mesh that keep the limit
+        std::vector<Witnesses> witnesses;  // in the mesh, for the triangles of the input
+        double bound_of_kept = 0;
+    };
+
     const Triangulation& surface_;
-    const SmoothSupport& support_;
     const std::optional<GradationOptions>& gradation_;
     double hmin_;
     TriangulatedMesh& mesh_;
     DistanceTarget target_;
+    Proof proof_;
+    std::vector<char> lowered_at_;  // triangles of the input
     std::size_t fewest_ = std::numeric_limits<std::size_t>::max();  // triangles that were too far
     double nearest_ = std::numeric_limits<double>::infinity();      // largest distance
     int in_vain_ = 0;                                               // rounds since either fell
@@ -172,17 +247,16 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
         {.largest_bulge = mesh.chord_error ? kBulgeShare * *mesh.chord_error : std::numeric_limits<double>::infinity()});
     const TriangulatedSurface whole{support, surface.features(), surface.soup().labels};
     const double finest = hmin_given ? rule.hmin : kFinest * rule.hmin;
-    Keeper keeper = stages.run("distance tree", [&] { return Keeper(surface, support, gradation, finest, mesh); });
+    Keeper keeper = stages.run("distance tree", [&] { return Keeper(surface, gradation, finest, mesh); });
     Recheck recheck;
     if (mesh.chord_error)
         recheck = [&](const SurfaceMesh& draft, MeshStage stage) {
             stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size())));
-            // Drafts keep a margin for what the rest of the schedule moves.
-            return stage == MeshStage::Draft ? keeper.refine_draft(draft, kDraftShare * *mesh.chord_error) : keeper.refine(draft, *mesh.chord_error);
+            return stage == MeshStage::Draft ? keeper.refine_draft(draft, *mesh.chord_error) : keeper.refine(draft, *mesh.chord_error);
         };
     mesh.result = stages.run("meshing", [&] { return remesh(whole, control, map.cells, options, recheck); });
     // With a chord error the last check has measured it.
-    if (!mesh.chord_error) stages.run("distance", [&] { keeper.measure(mesh.result.mesh, 0, kPrecision); });
+    if (!mesh.chord_error) stages.run("distance", [&] { keeper.measure(mesh.result.mesh); });
     return mesh;
 }
 

@@ -15,6 +15,7 @@ using Eigen::Vector3d;
 constexpr double kSizeTolerance = 0.2;  // |ln(size / interpolated size)| at the middle of an edge that is worth a cut
 constexpr double kShortest = 1;         // metric length of edges that are never cut: the mesh could not show more
 constexpr int kMostPasses = 40;
+constexpr double kEdgeShare = 2.5;      // of the rule's chord error, that single edges of the triangulation may be cut off by
 
 double circle_curvature(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     const Vector3d u = b - a, v = c - b, w = c - a;
@@ -85,6 +86,7 @@ class Cutter {
     Cutter(const Triangulation& surface, const SizingRule& rule)
         : rule_(rule), mesh_(surface.mesh()), points_(surface.soup().points), on_curve_(surface.curve_curvature()), at_corner_(3 * static_cast<std::size_t>(mesh_.num_triangles())) {
         for (std::size_t h = 0; h < at_corner_.size(); ++h) at_corner_[h] = std::abs(surface.curvature()[surface.wedges().of_corner[h]].k1);
+        if (rule.kind == SizingRule::Kind::ChordError) heed_edges();
         sizes_.resize(points_.size(), rule.hmax);
         for (int v = 0; v < mesh_.num_vertices(); ++v)
             if (mesh_.is_live_vertex(v)) sizes_[v] = size_at(v);
@@ -115,6 +117,24 @@ class Cutter {
 
   private:
     double length(int h) const { return (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm(); }
+    // An edge of length h across one where two facets meet at an angle is h / 2 sin(angle / 2) off it, as long as it reaches no farther
+    // than the facets: there they ask for more than the curvature, which is smoothed.
+    void heed_edges() {
+        for (int h = 0; h < 3 * mesh_.num_triangles(); ++h) {
+            const int g = mesh_.twin(h);
+            if (g < h || mesh_.tag(h) >= 0) continue;
+            const Vector3d edge = points_[mesh_.target(h)] - points_[mesh_.origin(h)];
+            const Vector3d n = edge.cross(points_[mesh_.apex(h)] - points_[mesh_.origin(h)]), m = (points_[mesh_.apex(g)] - points_[mesh_.origin(h)]).cross(edge);
+            const double angle = std::atan2(n.cross(m).norm(), n.dot(m)), rise = std::sin(angle / 2);
+            const double width = std::min(n.norm(), m.norm()) / edge.norm(), gap = kEdgeShare * rule_.value;
+            if (!(width * rise > gap)) continue;
+            // The radius for which the rule gives the size 2 gap / rise.
+            const double size = 2 * gap / rise, radius = (size * size / (4 * rule_.value) + rule_.value) / 2;
+            for (const int side : {h, g})
+                for (const int e : {side, Connectivity::next(side)}) at_corner_[e] = std::max(at_corner_[e], 1 / radius);
+        }
+    }
+
     double size_of(double curvature) const { return size_from_radius(rule_, 1 / std::max(curvature, 1e-300)); }
 
     double size_at(int v) const {

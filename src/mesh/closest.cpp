@@ -9,24 +9,33 @@ namespace {
 
 constexpr int kLeaf = 4;
 
-Eigen::Vector3d closest_on_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    const Eigen::Vector3d ab = b - a;
-    const double squared = ab.squaredNorm();
-    return squared > 0 ? Eigen::Vector3d(a + std::clamp((p - a).dot(ab) / squared, 0.0, 1.0) * ab) : a;
-}
-
 }  // namespace
 
+// By the region of the plane that p lies over. [Ericson 2005, 5.1.5]
 Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
     const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a;
-    const double g11 = ab.squaredNorm(), g12 = ab.dot(ac), g22 = ac.squaredNorm(), r1 = ap.dot(ab), r2 = ap.dot(ac);
-    const double det = g11 * g22 - g12 * g12;
-    if (det > 0) {
-        const double u = (r1 * g22 - r2 * g12) / det, v = (r2 * g11 - r1 * g12) / det;
-        if (u >= 0 && v >= 0 && u + v <= 1) return a + u * ab + v * ac;
-    }
-    Eigen::Vector3d best = closest_on_segment(p, a, b);
-    for (const Eigen::Vector3d& q : {closest_on_segment(p, b, c), closest_on_segment(p, c, a)})
+    const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+    if (d1 <= 0 && d2 <= 0) return a;
+    const Eigen::Vector3d bp = p - b;
+    const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+    if (d3 >= 0 && d4 <= d3) return b;
+    const Eigen::Vector3d cp = p - c;
+    const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+    if (d6 >= 0 && d5 <= d6) return c;
+    const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return a + d1 / (d1 - d3) * ab;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) return a + d2 / (d2 - d6) * ac;
+    if (va <= 0 && d4 >= d3 && d5 >= d6 && (d4 - d3) + (d5 - d6) > 0) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+    const double sum = va + vb + vc;
+    if (sum > 0) return a + (vb / sum) * ab + (vc / sum) * ac;
+    // Without area, and rounding has hidden the side it is on.
+    const auto on_side = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+        const Eigen::Vector3d along = to - from;
+        const double squared = along.squaredNorm();
+        return squared > 0 ? Eigen::Vector3d(from + std::clamp((p - from).dot(along) / squared, 0.0, 1.0) * along) : from;
+    };
+    Eigen::Vector3d best = on_side(a, b);
+    for (const Eigen::Vector3d& q : {on_side(b, c), on_side(c, a)})
         if ((q - p).squaredNorm() < (best - p).squaredNorm()) best = q;
     return best;
 }

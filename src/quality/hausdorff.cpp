@@ -84,7 +84,30 @@ class DistanceSearch {
 
     double attained = 0;  // by some point of the surface: less does not matter
 
-    Corner look(const Vector3d& p, int near = -1) const { return {p, target_.tree_.closest(p, near)}; }
+    Corner look(const Vector3d& p, int near = -1) const { return {p, target_.closest(p, near)}; }
+
+    // Whether a triangle is proved to keep the limit by the triangles of the target around one that is near. @param bound  raised to
+    // the largest distance then
+    bool keeps_limit(const Vector3d& a, const Vector3d& b, const Vector3d& c, int near, double& bound, Witnesses& witnesses) const {
+        witnesses.clear();
+        const Vector3d middle = (a + b + c) / 3;
+        const auto [start, distance] = descend_to(middle, near);
+        if (distance > options_.limit) return false;
+        Polygon whole;
+        for (const Vector3d* x : {&a, &b, &c}) whole.add(*x);
+        int pieces = 0;
+        double farthest = 0;
+        const bool kept = cut_down(whole, start, -1, 0, pieces, [&](const Polygon& piece, int t) {
+            const double d = farthest_corner(piece, t, options_.limit);
+            if (d > options_.limit) return false;
+            farthest = std::max(farthest, d);
+            witnesses.add(t);
+            return true;
+        });
+        if (kept) bound = std::max(bound, farthest);
+        witnesses.proved = kept;
+        return kept;
+    }
 
     void measure(const Corner& a, const Corner& b, const Corner& c, Found& found) const {
         for (const Corner* x : {&a, &b, &c}) found.attain(*x);
@@ -100,7 +123,10 @@ class DistanceSearch {
         const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
         found.attain(middle);
         int pieces = 0;
-        cut_down(whole, middle.hit.triangle, -1, 0, pieces, found);
+        cut_down(whole, middle.hit.triangle, -1, 0, pieces, [&](const Polygon& piece, int t) {
+            hold(piece, t, found);
+            return true;
+        });
     }
 
   private:
@@ -110,9 +136,38 @@ class DistanceSearch {
         return (p - closest_point(p, points[t[0]], points[t[1]], points[t[2]])).norm();
     }
 
-    // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and holds the rest against it.
-    void cut_down(Polygon& polygon, int t, int from, int depth, int& pieces, Found& found) const {
+    // Largest distance of the corners of a piece to a triangle; not looked for any more once it is above `enough`.
+    double farthest_corner(const Polygon& piece, int triangle, double enough) const {
+        double most = 0;
+        for (int i = 0; i < piece.size && most <= enough; ++i) most = std::max(most, distance_to(triangle, piece.corner[i]));
+        return most;
+    }
+
+    // The triangle that is reached from one by ever closer neighbours, and its distance.
+    std::pair<int, double> descend_to(const Vector3d& p, int triangle) const {
+        double here = distance_to(triangle, p);
+        for (bool closer = true; closer;) {
+            closer = false;
+            for (const int g : target_.neighbours_[triangle]) {
+                if (g < 0) continue;
+                const double there = distance_to(g, p);
+                if (!(there < (1 - kSlack) * here)) continue;
+                here = there;
+                triangle = g;
+                closer = true;
+                break;
+            }
+        }
+        return {triangle, here};
+    }
+
+    // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and gives the rest to use(piece, triangle)
+    // with it, while that returns true. @returns whether it always did
+    template <class Use>
+    bool cut_down(Polygon& polygon, int t, int from, int depth, int& pieces, const Use& use) const {
         ++pieces;
+        // What sticks out of the triangle may be near it all the same.
+        if (options_.limit > 0 && farthest_corner(polygon, t, options_.limit) <= options_.limit) return use(polygon, t);
         const Triangle& v = target_.mesh_.triangles[t];
         Polygon beyond;
         for (int k = 0; pieces < kMostPieces && depth < kMostInARow && k < 3; ++k) {
@@ -123,10 +178,10 @@ class DistanceSearch {
             cut(polygon, start, m, kSlack * along.norm() * m.norm(), beyond);
             if (beyond.size == 0) continue;
             const auto& back = target_.neighbours_[g];
-            cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), depth + 1, pieces, found);
-            if (polygon.size == 0) return;
+            if (!cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), depth + 1, pieces, use)) return false;
+            if (polygon.size == 0) return true;
         }
-        hold(polygon, t, found);
+        return use(polygon, t);
     }
 
     bool good_enough(double bound, const Found& found) const {
@@ -185,7 +240,6 @@ class DistanceSearch {
 namespace {
 
 std::vector<int> all_triangles(const MeshView& mesh) {
-    if (mesh.triangles.empty()) throw std::invalid_argument("DistanceTarget: a surface without triangles");
     std::vector<int> all(mesh.triangles.size());
     std::iota(all.begin(), all.end(), 0);
     return all;
@@ -194,7 +248,8 @@ std::vector<int> all_triangles(const MeshView& mesh) {
 }  // namespace
 
 DistanceTarget::DistanceTarget(const MeshView& mesh)
-    : mesh_(mesh), tree_(mesh.points, mesh.triangles, all_triangles(mesh)), neighbours_(mesh.triangles.size(), {-1, -1, -1}) {
+    : mesh_(mesh), neighbours_(mesh.triangles.size(), {-1, -1, -1}) {
+    if (mesh.triangles.empty()) throw std::invalid_argument("DistanceTarget: a surface without triangles");
     const MeshEdges edges = edges_of(mesh);
     for (int e = 0; e < edges.size(); ++e) {
         const auto uses = edges.uses_of(e);
@@ -205,12 +260,32 @@ DistanceTarget::DistanceTarget(const MeshView& mesh)
     for (const auto& [a, b, c] : mesh.triangles) normals_.push_back((mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]).stableNormalized());
 }
 
+const ClosestTriangle& DistanceTarget::tree() const {
+    std::call_once(planted_, [&] { tree_.emplace(mesh_.points, mesh_.triangles, all_triangles(mesh_)); });
+    return *tree_;
+}
+
 OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSidedOptions& options) const {
     DistanceSearch search(*this, options);
+    const auto num_triangles = static_cast<int>(from.triangles.size());
+    std::vector<char> open(num_triangles, 1);  // triangles that need a search
+    for (int t = 0; t < std::ssize(options.skip); ++t) open[t] = !options.skip[t];
+    std::vector<Found> found(num_triangles);
+    if (options.limit > 0 && !options.near.empty())
+        tbb::parallel_for(tbb::blocked_range<int>(0, num_triangles, 256), [&](const auto& range) {
+            Witnesses unused;
+            for (int t = range.begin(); t < range.end(); ++t) {
+                if (!open[t]) continue;
+                const auto& [a, b, c] = from.triangles[t];
+                Witnesses& witnesses = options.witnesses.empty() ? unused : options.witnesses[t];
+                open[t] = !search.keeps_limit(from.points[a], from.points[b], from.points[c], options.near[a], found[t].bound, witnesses);
+            }
+        });
     std::vector<Corner> corners(from.points.size());
     std::vector<char> used(from.points.size(), 0);
-    for (const Triangle& t : from.triangles)
-        for (const int v : t) used[v] = 1;
+    for (int t = 0; t < num_triangles; ++t)
+        if (open[t])
+            for (const int v : from.triangles[t]) used[v] = 1;
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), 512), [&](const auto& range) {
         int last = -1;  // vertices that follow each other are often near each other
         for (std::size_t v = range.begin(); v < range.end(); ++v) {
@@ -226,18 +301,18 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
         search.attained = std::max(search.attained, corners[v].hit.distance);
         box.extend(from.points[v]);
     }
-    search.attained = std::max(search.attained, kResolution * box.diagonal().norm());
-    std::vector<Found> found(from.triangles.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 256), [&](const auto& range) {
-        for (std::size_t t = range.begin(); t < range.end(); ++t) {
+    if (!box.isEmpty()) search.attained = std::max(search.attained, kResolution * box.diagonal().norm());
+    tbb::parallel_for(tbb::blocked_range<int>(0, num_triangles, 256), [&](const auto& range) {
+        for (int t = range.begin(); t < range.end(); ++t) {
+            if (!open[t]) continue;
             const auto& [a, b, c] = from.triangles[t];
             search.measure(corners[a], corners[b], corners[c], found[t]);
         }
     });
-    for (std::size_t t = 0; t < found.size(); ++t) {
+    for (int t = 0; t < num_triangles; ++t) {
         result.bound = std::max(result.bound, found[t].bound);
         if (found[t].largest > result.largest) result.largest = found[t].largest, result.point = found[t].point;
-        if (options.limit > 0 && found[t].bound > options.limit) result.beyond.push_back({static_cast<int>(t), found[t].largest, found[t].point, found[t].nearest});
+        if (options.limit > 0 && found[t].bound > options.limit) result.beyond.push_back({t, found[t].largest, found[t].point, found[t].nearest});
     }
     return result;
 }

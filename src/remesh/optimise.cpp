@@ -323,7 +323,7 @@ void check_estimate(double predicted, const RemeshOptions& options) {
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock) {
     OptimiseReport report;
     const int sweeps = options.fast ? 1 : 2;
-    for (int round = 0; round < (options.fast ? 1 : kFitRounds); ++round) {
+    for (int round = 0; round < (options.fast || options.fitted ? 1 : kFitRounds); ++round) {
         split_long(editor, options, report);
         report.collapses += collapse_short(editor, options);
         // What is next to each other in space is next to each other in memory from here on.

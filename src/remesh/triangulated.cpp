@@ -246,8 +246,10 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     std::unique_ptr<OwnBackground> own;
     // Drafts until one is good enough, then the whole schedule, which may find something to mend again.
     std::vector<char> active;
-    for (bool draft = recheck && !options.fast;;) {
-        take_report(optimise(*editor, {.fast = draft || options.fast, .goal = options.goal, .active = std::move(active)}, clock), statistics);
+    bool fitted = false;
+    for (bool draft = static_cast<bool>(recheck);;) {
+        take_report(optimise(*editor, {.fast = draft || options.fast, .goal = options.goal, .fitted = fitted, .active = std::move(active)}, clock), statistics);
+        fitted = draft;
         active.clear();
         result.mesh = export_mesh(surface, *support, *editor);
         const auto sizes = recheck ? recheck(result.mesh, draft ? MeshStage::Draft : MeshStage::Final) : std::nullopt;

@@ -4,12 +4,33 @@
 #include "gradus/mesh/closest.hpp"
 #include "gradus/quality/mesh_edges.hpp"
 
+#include <mutex>
+#include <optional>
+
 namespace gradus {
+
+/// Triangles of the target that a triangle was held against: while they stay, what was proved of it holds.
+struct Witnesses {
+    bool proved = false;
+    int size = 0;
+    std::array<int, 5> first;  ///< those that are few, which is usual
+    std::vector<int> more;
+
+    void clear() { proved = false, size = 0, more.clear(); }
+    void add(int triangle) {
+        if (size < static_cast<int>(first.size())) first[size] = triangle;
+        else more.push_back(triangle);
+        ++size;
+    }
+    int& operator[](int i) { return i < static_cast<int>(first.size()) ? first[i] : more[i - first.size()]; }
+};
 
 struct OneSidedOptions {
     double limit = 0;             ///< distances proved to be at most this need no closer look; 0: all do
     double precision = 0.02;      ///< of the largest distance, or a billionth of the extent: its bounds are this close together
     std::span<const int> near{};  ///< for each vertex a triangle of the target that is near it, which saves time; or empty
+    std::span<const char> skip{}; ///< triangles that need no look, or empty
+    std::span<Witnesses> witnesses{};  ///< with a limit: filled in for each triangle that was looked at; or empty
 };
 
 /// A triangle with points that are too far.
@@ -22,8 +43,8 @@ struct TooFar {
 
 /// How far the points of a surface are from another one.
 struct OneSidedDistance {
-    double largest = 0;            ///< attained at `point`
-    double bound = 0;              ///< no point is farther
+    double largest = 0;            ///< attained at `point`; with a limit, only what is above it is looked for
+    double bound = 0;              ///< no point that was looked at is farther
     Eigen::Vector3d point{0, 0, 0};
     std::vector<TooFar> beyond;    ///< triangles with points farther than a limit > 0, in their order
 };
@@ -37,15 +58,20 @@ class DistanceTarget {
     /// The distance to one triangle is convex: over a convex piece of the surface it is largest at a corner. So each triangle is cut
     /// along the planes between the target's triangles under it, and each piece is held against one of them; where that says too
     /// little, it is cut on and held against the closest ones. Parallel; the same for any number of threads.
+    /// With a limit and near triangles known, those that keep it are found without any search.
     OneSidedDistance measure_from(const MeshView& from, const OneSidedOptions& options = {}) const;
 
     /// Of one point. @param near  a triangle that is near it, or -1
-    double distance(const Eigen::Vector3d& p, int near = -1) const { return tree_.closest(p, near).distance; }
+    double distance(const Eigen::Vector3d& p, int near = -1) const { return closest(p, near).distance; }
+    ClosestTriangle::Hit closest(const Eigen::Vector3d& p, int near = -1) const { return tree().closest(p, near); }
 
   private:
     friend class DistanceSearch;
+    const ClosestTriangle& tree() const;
+
     MeshView mesh_;
-    ClosestTriangle tree_;
+    mutable std::once_flag planted_;
+    mutable std::optional<ClosestTriangle> tree_;  // made when it is asked for
     std::vector<std::array<int, 3>> neighbours_;  // across side k of each triangle, -1 where there is none or more than one
     std::vector<Eigen::Vector3d> normals_;
 };
