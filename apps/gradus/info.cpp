@@ -266,7 +266,16 @@ int info_of_mesh(const Options& options) {
 
 // --- sizes ---
 
+int info_of_solution(const Options& options, const std::vector<Field>& fields) {
+    const std::size_t count = fields[0].values.size() / static_cast<std::size_t>(fields[0].components);
+    options.session.say(fmt::format("{}: fields at {} vertices: {}\n", options.file, grouped(count), names_of(fields)));
+    print(options.session, {{"kind", "fields"}, {"count", count}, {"point_fields", json_of(fields)}});
+    return kMet;
+}
+
 int info_of_sizes(const Options& options) {
+    if (const std::vector<Field> fields = read_solution(options.file); fields.size() > 1 || fields[0].components > 1)
+        return info_of_solution(options, fields);
     const std::vector<double> sizes = read_sizes(options.file);
     const auto unset = std::count_if(sizes.begin(), sizes.end(), [](double h) { return std::isinf(h); });
     std::vector<double> given;

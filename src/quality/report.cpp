@@ -139,7 +139,7 @@ void append_reference(std::string& text, const MeshReport& report) {
     text += fmt::format("Hausdorff distance to the reference: {:.4g} at most, {:.3g} of its diagonal\n", h.bound(), h.relative_bound());
     side("from mesh to reference", h.from_mesh);
     side("from reference to mesh", h.from_reference);
-    text += fmt::format("topology of the reference{}\n", report.reference->topology.oriented_manifold() ? "" : ": NOT an oriented manifold");
+    text += fmt::format("topology against the reference{}\n", report.reference->topology.oriented_manifold() ? "" : ", which is NOT an oriented manifold");
     const auto number = [](const std::optional<long long>& n) { return n ? std::to_string(*n) : "-"; };
     for (const TopologyComparison& c : compare(report.topology, report.reference->topology))
         text += fmt::format("  {:<22}{:>11} {:<7} ({} in the reference)\n", c.name, number(c.mesh), c.same() ? "same" : "differs", number(c.reference));

@@ -290,6 +290,9 @@ TEST_CASE("remesh carries solutions at the vertices, also through a repair", "[c
                out.soup.points[v]).norm() < 0.01);
     }
 
+    SECTION("info names the fields of a solution") {
+        CHECK_THAT(run(folder, "info wind.sol").out, Catch::Contains("wind_1, wind_2 (3)"));
+    }
     SECTION("info --repair keeps fields with their points") {
         MeshData data{loose, {{"z"}}};
         for (const Eigen::Vector3d& p : loose.points) data.point_fields[0].values.push_back(p.z());

@@ -1,6 +1,8 @@
 // Fields in files: written and read back, and read from solutions.
 #include <bit>
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
 
 #include "gradus/io/error.hpp"
 #include "gradus/io/mesh_files.hpp"

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "gradus/mesh/closest.hpp"
 #include "gradus/remesh/triangulated.hpp"
 #include "support/triangulations.hpp"
 
