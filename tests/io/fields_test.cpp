@@ -89,7 +89,7 @@ TEST_CASE("integers stay integers, and say so where the format can", "[io]") {
     // What is no integer after all is not made one.
     data.cell_fields[0].values[3] = 0.5;
     write_mesh_data(folder / name, data);
-    CHECK(read_mesh_data(folder / name).cell_fields[0].values[3] == 0.5);
+    CHECK(without_labels(read_mesh_data(folder / name).cell_fields)[0].values[3] == 0.5);
 }
 
 TEST_CASE("feature edges have no values, and take none from triangles", "[io]") {
@@ -168,7 +168,7 @@ TEST_CASE("solutions of any kinds of fields are read", "[io]") {
     CHECK(fields[0].values == std::vector{1.0, -1.0});
     CHECK(std::isnan(fields[1].values[3]));
     CHECK(fields[2].values[0] == 5);
-    CHECK(fields[2].values[11] == 0);
+    CHECK(fields[2].values[11] == kInfinity);
     CHECK(fields[3].values[17] == 20);
 
     support::spill(folder / "T.sol", "MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n1\n1 2\n3 4\nEnd\n");
@@ -197,8 +197,8 @@ TEST_CASE("solutions that are damaged or for another mesh are refused with the l
     fails("SolAtVertices\n2\n1 5\n1\n2\nEnd\n", 5, "unknown kind of a field: 5");
     fails("SolAtVertices\n2\n0\n1\n2\nEnd\n", 5, "the number of fields is 0");
     fails("SolAtVertices\n2\n1 2\n1 2 3\n4 5\nEnd\n", 8, "a value");
-    fails("SolAtVertices\n2\n2 1 1\n1 2\n3\n", 8, "a value");
+    fails("SolAtVertices\n2\n2 1 1\n1 2\n3\n", 7, "a value");
     fails("Vertices\n2\n", 4, "holds a mesh");
-    fails("End\n", 4, "has no SolAtVertices");
+    fails("End\n", 3, "has no SolAtVertices");
     CHECK_THROWS_AS(read_solution(folder / "a.mesh"), IoError);
 }
