@@ -38,7 +38,8 @@ void add_solution(const std::string& path, const std::string& in, std::size_t ve
     for (Field& field : read_solution(path, vertices)) {
         const bool twice = std::any_of(fields.begin(), fields.end(), [&](const Field& other) { return other.name == field.name; });
         if (twice || kOwnPoints.contains(field.name))
-            throw Failure(fmt::format("{}: {} has a field {} already; give the file another name", path, twice ? in : "the mesh", field.name));
+            throw Failure(
+                fmt::format("{}: {} has a field {} already; give the file another name", path, twice ? in : "the mesh", field.name));
         fields.push_back(std::move(field));
     }
 }
@@ -73,7 +74,8 @@ Fields carry(const Triangulation& surface, const Fields& fields, const SurfaceMe
 
 std::string names_of(const std::vector<Field>& fields) {
     std::vector<std::string> names;
-    for (const Field& field : fields) names.push_back(field.components == 1 ? field.name : fmt::format("{} ({})", field.name, field.components));
+    for (const Field& field : fields)
+        names.push_back(field.components == 1 ? field.name : fmt::format("{} ({})", field.name, field.components));
     return fmt::format("{}", fmt::join(names, ", "));
 }
 
@@ -102,7 +104,11 @@ std::string text_of(const Fields& fields, const std::vector<std::string>& output
 
 Json json_of(const Fields& fields, const std::vector<std::string>& outputs) {
     const auto [with, without] = by_holding(outputs);
-    return {{"points", json_of(fields.points)}, {"cells", json_of(fields.cells)}, {"carried_to", with}, {"not_held_by", without}, {"left_behind", fields.own}};
+    return {{"points", json_of(fields.points)},
+            {"cells", json_of(fields.cells)},
+            {"carried_to", with},
+            {"not_held_by", without},
+            {"left_behind", fields.own}};
 }
 
 }  // namespace gradus::app

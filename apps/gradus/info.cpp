@@ -249,7 +249,8 @@ int info_of_mesh(const Options& options) {
     options.session.say(info.text);
     if (options.repair) {
         const Repaired repaired = repair(data.soup, {.weld_tolerance = options.weld});
-        const MeshData result{repaired.soup, follow(data.point_fields, repaired.point_source), follow(data.cell_fields, repaired.triangle_source)};
+        const MeshData result{repaired.soup, follow(data.point_fields, repaired.point_source),
+                              follow(data.cell_fields, repaired.triangle_source)};
         const MeshInfo after = repaired.steps.empty() ? info : describe("repaired", result);
         options.session.say(text_of(options.file, repaired) + (repaired.steps.empty() ? "" : after.text));
         info.json["repair"] = {{"steps", json_of(repaired.steps)}, {"result", after.json}};
@@ -257,7 +258,8 @@ int info_of_mesh(const Options& options) {
             const bool fields = !result.point_fields.empty() || !result.cell_fields.empty();
             if (holds_fields(options.out)) write_mesh_data(options.out, result);
             else write_mesh(options.out, result.soup);
-            options.session.say("wrote " + options.out + (fields && !holds_fields(options.out) ? " without the fields; .msh .ply .vtu can hold them\n" : "\n"));
+            options.session.say("wrote " + options.out +
+                                (fields && !holds_fields(options.out) ? " without the fields; .msh .ply .vtu can hold them\n" : "\n"));
         }
     }
     print(options.session, info.json);

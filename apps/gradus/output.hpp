@@ -17,8 +17,8 @@ TriangleSoup soup_of(const SurfaceMesh& mesh);
 /// (area-length) and patch (from 1).
 void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh);
 
-/// The same for a mesh of a triangulation, whose patches are labels where it has any; `.vtu` without curvature. With fields where the format
-/// holds some.
+/// The same for a mesh of a triangulation, whose patches are labels where it has any; `.vtu` without curvature. With fields where the
+/// format holds some.
 void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool labelled, const std::vector<Field>& point_fields,
                         const std::vector<Field>& cell_fields);
 

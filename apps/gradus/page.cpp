@@ -39,7 +39,8 @@ void add_checks(HtmlReport& page, const MeshReport& report) {
         checks.push_back({"Hausdorff distance to the reference, at most", number(h.bound())});
         checks.push_back({"the same, of the diagonal of the reference", number(h.relative_bound())});
         for (const TopologyComparison& c : compare(t, report.reference->topology))
-            checks.push_back({c.name + std::string(" of the reference: ") + (c.same() ? "same" : "differs"), whole(c.mesh), whole(c.reference), c.same()});
+            checks.push_back({c.name + std::string(" of the reference: ") + (c.same() ? "same" : "differs"), whole(c.mesh),
+                              whole(c.reference), c.same()});
     }
     page.checks(checks);
 }
@@ -47,7 +48,8 @@ void add_checks(HtmlReport& page, const MeshReport& report) {
 // Where the two surfaces are farthest from each other.
 void add_hausdorff(HtmlReport& page, const HausdorffReport& h) {
     const auto row = [](const std::string& name, const OneSidedDistance& d) {
-        return std::vector<std::string>{name, number(d.largest), number(d.bound), number(d.point.x()), number(d.point.y()), number(d.point.z())};
+        return std::vector<std::string>{
+            name, number(d.largest), number(d.bound), number(d.point.x()), number(d.point.y()), number(d.point.z())};
     };
     page.table({"Hausdorff distance", "largest", "nowhere above", "at x", "y", "z"},
                {row("from mesh to reference", h.from_mesh), row("from reference to mesh", h.from_reference)});

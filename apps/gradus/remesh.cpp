@@ -140,7 +140,8 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     const SizingRule rule = rule_of(options.sizing, limits_for(surface->diagonal()));
     const auto mesh = std::make_shared<const TriangulatedMesh>(
         mesh_triangulation(*surface, rule, sizes, gradation, remesh_options(options), options.sizing.hmin.has_value(), stages));
-    const auto carried = std::make_shared<const Fields>(stages.run("fields", [&] { return carry(*surface, fields, mesh->result.mesh, options.out); }));
+    const auto carried =
+        std::make_shared<const Fields>(stages.run("fields", [&] { return carry(*surface, fields, mesh->result.mesh, options.out); }));
     Made made;
     made.result = mesh->result;
     if (options.sizes.empty()) made.rule = rule;
@@ -153,7 +154,9 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     made.json.update(json_of(*mesh));
     made.json["fields"] = json_of(fields, options.out);
     made.measure = [=] { return measure_surface_mesh(*mesh); };
-    made.write = [=](const std::string& path) { write_surface_mesh(path, mesh->result.mesh, !surface->soup().labels.empty(), carried->points, carried->cells); };
+    made.write = [=](const std::string& path) {
+        write_surface_mesh(path, mesh->result.mesh, !surface->soup().labels.empty(), carried->points, carried->cells);
+    };
     return made;
 }
 

@@ -423,7 +423,8 @@ std::vector<Field> read_fields(Source& in, std::size_t count, int dimension) {
         const std::int64_t kind = in.integer("the kind of a field");
         const int components = components_of(kind, dimension);
         if (components == 0)
-            in.fail_at(at, "unknown kind of a field: " + std::to_string(kind) + "; known are 1 scalar, 2 vector, 3 symmetric matrix, 4 matrix");
+            in.fail_at(at,
+                       "unknown kind of a field: " + std::to_string(kind) + "; known are 1 scalar, 2 vector, 3 symmetric matrix, 4 matrix");
         fields.push_back({"", components});
     }
     // Memory grows with what is read: counts alone may promise more than the file holds.
@@ -445,7 +446,8 @@ std::vector<Field> parse_fields(Source in, std::optional<std::size_t> expected_c
             if (fields) in.fail_at(where, "a second SolAtVertices section");
             const std::size_t count = in.count("the number of vertices", 1, 0);
             if (expected_count && count != *expected_count)
-                in.fail_at(where, "holds values at " + std::to_string(count) + " vertices, but the mesh has " + std::to_string(*expected_count));
+                in.fail_at(where,
+                           "holds values at " + std::to_string(count) + " vertices, but the mesh has " + std::to_string(*expected_count));
             fields = read_fields(in, count, dimension);
         } else {
             in.fail_at(where, "holds a mesh, not a solution");

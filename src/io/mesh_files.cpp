@@ -125,8 +125,8 @@ void io::check_writable(const char* function, const std::vector<Field>& fields, 
 
 bool io::holds_integers(const Field& field) {
     constexpr double kExact = 9007199254740992;  // 2^53
-    return field.integer && std::all_of(field.values.begin(), field.values.end(),
-                                        [](double x) { return std::abs(x) <= kExact && x == std::trunc(x); });
+    return field.integer &&
+           std::all_of(field.values.begin(), field.values.end(), [](double x) { return std::abs(x) <= kExact && x == std::trunc(x); });
 }
 
 std::vector<Field> io::cell_fields_of(const MeshData& data) {
@@ -182,10 +182,12 @@ void write_mesh_data(const std::string& path, const MeshData& data, const WriteO
     io::check_writable("write_mesh_data", data.cell_fields, data.soup.triangles.size(), "cell");
     for (const auto* fields : {&data.point_fields, &data.cell_fields})
         for (const Field& field : *fields) {
-            if (!format.fields) throw IoError(path, 0, std::string("the format ") + format.extension + " holds no fields; .msh .ply .vtu do");
+            if (!format.fields)
+                throw IoError(path, 0, std::string("the format ") + format.extension + " holds no fields; .msh .ply .vtu do");
             if (std::string_view(format.extension) == ".msh" && field.components > io::kMostComponents)
-                throw IoError(path, 0, "field '" + field.name + "' has " + std::to_string(field.components) + " components; .msh holds up to " +
-                                           std::to_string(io::kMostComponents));
+                throw IoError(path, 0,
+                              "field '" + field.name + "' has " + std::to_string(field.components) + " components; .msh holds up to " +
+                                  std::to_string(io::kMostComponents));
         }
     write_as(format, path, data, options);
 }

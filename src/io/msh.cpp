@@ -583,7 +583,8 @@ void write_data(TextWriter& out, std::string_view section, std::string_view name
     std::size_t count = 0;
     for (std::size_t i = 0; i < values.size() / n; ++i) count += !missing(i);
     std::string line(name);
-    std::replace_if(line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+    std::replace_if(
+        line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
     out << '$' << section << "\n1\n\"" << line << "\"\n1\n0\n3\n0\n" << components << '\n' << count << '\n';
     for (std::size_t i = 0; i < values.size() / n; ++i) {
         if (missing(i)) continue;

@@ -100,7 +100,8 @@ void read_property(Scanner& in, Element& element, Fields fields) {
     for (const Property& other : element.properties)
         if (other.use == property.use && other.use != Use::None && other.use != Use::Field)
             in.fail_at(where, "a coordinate, the corners or the label of a face come twice");
-    const bool rides_along = (property.use == Use::None || property.use == Use::Label) && !property.count && (element.name == "vertex" || element.name == "face");
+    const bool rides_along = (property.use == Use::None || property.use == Use::Label) && !property.count &&
+                             (element.name == "vertex" || element.name == "face");
     const bool is_new = std::none_of(element.fields.begin(), element.fields.end(), [&](const Field& field) { return field.name == name; });
     if (fields == Fields::Read && rides_along && is_new) {
         if (property.use == Use::None) property.use = Use::Field;
@@ -427,8 +428,10 @@ Columns columns_of(const std::vector<Field>& fields, std::set<std::string> taken
     Columns columns;
     for (const Field& field : fields) {
         std::string word = field.name, name = field.name;
-        std::replace_if(word.begin(), word.end(), [](char c) { return c <= ' ' || c > '~'; }, '_');
-        std::replace_if(name.begin(), name.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+        std::replace_if(
+            word.begin(), word.end(), [](char c) { return c <= ' ' || c > '~'; }, '_');
+        std::replace_if(
+            name.begin(), name.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
         std::string properties;
         bool renamed = field.components > 1;
         for (int k = 0; k < field.components; ++k) {
@@ -439,7 +442,8 @@ Columns columns_of(const std::vector<Field>& fields, std::set<std::string> taken
             properties.append("property ").append(kTypes[static_cast<int>(type)].name).append(" ").append(property).append("\n");
             columns.all.push_back({property, type, &field, static_cast<std::size_t>(k)});
         }
-        if (renamed) columns.header.append("comment ").append(kGroup).append(std::to_string(field.components)).append(" ").append(name).append("\n");
+        if (renamed)
+            columns.header.append("comment ").append(kGroup).append(std::to_string(field.components)).append(" ").append(name).append("\n");
         columns.header += properties;
     }
     return columns;
@@ -500,7 +504,8 @@ MeshData parse_ply(const std::string& path, std::string_view contents, Fields fi
 std::string ply_text(const MeshData& data) {
     const TriangleSoup& soup = data.soup;
     const Layout layout(data);
-    TextWriter out((64 + 20 * layout.vertex.all.size()) * soup.points.size() + (40 + 20 * layout.face.all.size()) * soup.triangles.size() + 1024);
+    TextWriter out((64 + 20 * layout.vertex.all.size()) * soup.points.size() + (40 + 20 * layout.face.all.size()) * soup.triangles.size() +
+                   1024);
     out << layout.header(soup, "ascii");
     for (std::size_t v = 0; v < soup.points.size(); ++v) {
         const Eigen::Vector3d& p = soup.points[v];
@@ -522,7 +527,8 @@ std::string ply_binary(const MeshData& data) {
     const TriangleSoup& soup = data.soup;
     const Layout layout(data);
     std::string bytes = layout.header(soup, "binary_little_endian");
-    bytes.reserve(bytes.size() + (24 + 8 * layout.vertex.all.size()) * soup.points.size() + (17 + 8 * layout.face.all.size()) * soup.triangles.size());
+    bytes.reserve(bytes.size() + (24 + 8 * layout.vertex.all.size()) * soup.points.size() +
+                  (17 + 8 * layout.face.all.size()) * soup.triangles.size());
     for (std::size_t v = 0; v < soup.points.size(); ++v) {
         for (int i = 0; i < 3; ++i) append_bytes(bytes, soup.points[v][i]);
         append_values(bytes, layout.vertex, v);

@@ -1,5 +1,8 @@
 #include "gradus/quality/reference.hpp"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -7,8 +10,6 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 namespace gradus {
 
@@ -27,8 +28,8 @@ const MeshView& checked(const MeshView& surface, const char* what) {
         for (const int v : surface.triangles[t]) {
             const bool known = v >= 0 && static_cast<std::size_t>(v) < surface.points.size();
             if (!known || !surface.points[v].allFinite())
-                throw std::invalid_argument(std::string("Reference: triangle ") + std::to_string(t) + " of " + what + " has vertex " + std::to_string(v) +
-                                            (known ? ", which is not finite" : ", which there is not"));
+                throw std::invalid_argument(std::string("Reference: triangle ") + std::to_string(t) + " of " + what + " has vertex " +
+                                            std::to_string(v) + (known ? ", which is not finite" : ", which there is not"));
         }
     return surface;
 }
@@ -122,9 +123,10 @@ DistanceReport Reference::measure_distance(const MeshView& mesh, const MeshEdges
     const auto same = [](std::size_t i) { return static_cast<int>(i); };
     DistanceReport report;
     report.diagonal = diagonal_;
-    report.vertices = distances(used.size(), [&](std::size_t i) { return p[used[i]]; }, [&](std::size_t i) { return used[i]; }, vertices);
-    report.midpoints =
-        distances(edges.ends.size(), [&](std::size_t e) { return Vector3d((p[edges.ends[e][0]] + p[edges.ends[e][1]]) / 2); }, same, midpoints);
+    report.vertices = distances(
+        used.size(), [&](std::size_t i) { return p[used[i]]; }, [&](std::size_t i) { return used[i]; }, vertices);
+    report.midpoints = distances(
+        edges.ends.size(), [&](std::size_t e) { return Vector3d((p[edges.ends[e][0]] + p[edges.ends[e][1]]) / 2); }, same, midpoints);
     report.centroids = distances(
         mesh.triangles.size(),
         [&](std::size_t i) {
@@ -166,7 +168,8 @@ NormalReport Reference::measure_normals(const MeshView& mesh, const DistanceOpti
                 for (const int v : corners) {
                     const int facet = least_lean(at(mesh.points[v]));
                     const auto& [a, b, c] = surface_.triangles[facet];
-                    const double distance = (closest_point(centroid, surface_.points[a], surface_.points[b], surface_.points[c]) - centroid).norm();
+                    const double distance =
+                        (closest_point(centroid, surface_.points[a], surface_.points[b], surface_.points[c]) - centroid).norm();
                     corners_facing += faces(facet);
                     if (distance < closest) closest = distance, instead = facet;
                 }

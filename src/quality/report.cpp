@@ -134,15 +134,18 @@ void append_reference(std::string& text, const MeshReport& report) {
     if (!report.reference) return;
     const HausdorffReport& h = report.reference->hausdorff;
     const auto side = [&](const char* name, const OneSidedDistance& d) {
-        text += fmt::format("  {:<22}{:>11.4g} at {:.6g} {:.6g} {:.6g}, nowhere above {:.4g}\n", name, d.largest, d.point.x(), d.point.y(), d.point.z(), d.bound);
+        text += fmt::format("  {:<22}{:>11.4g} at {:.6g} {:.6g} {:.6g}, nowhere above {:.4g}\n", name, d.largest, d.point.x(), d.point.y(),
+                            d.point.z(), d.bound);
     };
     text += fmt::format("Hausdorff distance to the reference: {:.4g} at most, {:.3g} of its diagonal\n", h.bound(), h.relative_bound());
     side("from mesh to reference", h.from_mesh);
     side("from reference to mesh", h.from_reference);
-    text += fmt::format("topology against the reference{}\n", report.reference->topology.oriented_manifold() ? "" : ", which is NOT an oriented manifold");
+    text += fmt::format("topology against the reference{}\n",
+                        report.reference->topology.oriented_manifold() ? "" : ", which is NOT an oriented manifold");
     const auto number = [](const std::optional<long long>& n) { return n ? std::to_string(*n) : "-"; };
     for (const TopologyComparison& c : compare(report.topology, report.reference->topology))
-        text += fmt::format("  {:<22}{:>11} {:<7} ({} in the reference)\n", c.name, number(c.mesh), c.same() ? "same" : "differs", number(c.reference));
+        text += fmt::format("  {:<22}{:>11} {:<7} ({} in the reference)\n", c.name, number(c.mesh), c.same() ? "same" : "differs",
+                            number(c.reference));
 }
 
 void append_histograms(std::string& text, const MeshReport& report) {

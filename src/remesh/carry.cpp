@@ -1,6 +1,7 @@
 #include "gradus/remesh/carry.hpp"
 
-#include "gradus/mesh/closest.hpp"
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -8,8 +9,8 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+
+#include "gradus/mesh/closest.hpp"
 
 namespace gradus {
 
@@ -26,11 +27,13 @@ Weights weights_of(const SurfacePoint& at) { return {1 - at.uv.x() - at.uv.y(), 
 
 void check_places(const Triangulation& surface, const SurfaceMesh& mesh) {
     if (mesh.places.size() != mesh.points.size())
-        throw std::invalid_argument("carry: " + std::to_string(mesh.places.size()) + " places for " + std::to_string(mesh.points.size()) + " vertices");
+        throw std::invalid_argument("carry: " + std::to_string(mesh.places.size()) + " places for " + std::to_string(mesh.points.size()) +
+                                    " vertices");
     const auto triangles = static_cast<int>(surface.soup().triangles.size());
     for (std::size_t v = 0; v < mesh.places.size(); ++v)
         if (const SurfacePoint& at = mesh.places[v]; at.patch < 0 || at.patch >= triangles || !at.uv.allFinite())
-            throw std::invalid_argument("carry: vertex " + std::to_string(v) + " is on triangle " + std::to_string(at.patch) + " of " + std::to_string(triangles));
+            throw std::invalid_argument("carry: vertex " + std::to_string(v) + " is on triangle " + std::to_string(at.patch) + " of " +
+                                        std::to_string(triangles));
 }
 
 void check_field(const Field& field, std::size_t count) {
@@ -69,7 +72,8 @@ class Walk {
         for (const SurfacePoint& at : corners)
             for_each_at(at, [&](int t) {
                 const Reached reached = end(t, middle);
-                if (reached.distance < best.distance || (reached.distance == best.distance && reached.triangle < best.triangle)) best = reached;
+                if (reached.distance < best.distance || (reached.distance == best.distance && reached.triangle < best.triangle))
+                    best = reached;
             });
         return best.triangle;
     }
@@ -104,7 +108,8 @@ class Walk {
             int h = start;
             while (mesh_.tag(Connectivity::prev(h)) < 0 && (h = mesh_.rotate(h)) != Connectivity::kNone && h != start) use(h / 3);
             if (h == start && mesh_.tag(Connectivity::prev(h)) < 0) continue;  // all around
-            for (h = start; mesh_.tag(h) < 0 && mesh_.twin(h) != Connectivity::kNone && (h = Connectivity::next(mesh_.twin(h))) != start;) use(h / 3);
+            for (h = start; mesh_.tag(h) < 0 && mesh_.twin(h) != Connectivity::kNone && (h = Connectivity::next(mesh_.twin(h))) != start;)
+                use(h / 3);
         }
     }
 
@@ -126,7 +131,8 @@ class Walk {
         const Spot spot = spot_of(at);
         if (spot.corner < 0) return spot.side >= 0 && mesh_.tag(spot.side) >= 0;
         bool found = false;
-        mesh_.for_each_outgoing(mesh_.origin(spot.corner), [&](int h) { found = found || mesh_.tag(h) >= 0 || mesh_.tag(Connectivity::prev(h)) >= 0; });
+        mesh_.for_each_outgoing(mesh_.origin(spot.corner),
+                                [&](int h) { found = found || mesh_.tag(h) >= 0 || mesh_.tag(Connectivity::prev(h)) >= 0; });
         return found;
     }
 

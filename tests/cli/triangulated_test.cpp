@@ -229,7 +229,8 @@ TEST_CASE("remesh carries fields to the formats that hold them, and names the ou
     const Outcome outcome = run(folder, "remesh " + in + " -o out.vtu -o out.ply -o out.msh -o out.mesh -o out.obj --hmax 0.2");
     CAPTURE(outcome.out, outcome.err);
     REQUIRE(outcome.code == 0);
-    CHECK_THAT(outcome.out, Catch::Contains("fields: height, place (3) on points; material on triangles, carried to out.vtu out.ply out.msh\n"));
+    CHECK_THAT(outcome.out,
+               Catch::Contains("fields: height, place (3) on points; material on triangles, carried to out.vtu out.ply out.msh\n"));
     CHECK_THAT(outcome.out, Catch::Contains("fields: out.mesh out.obj cannot hold these 3 fields; .msh .ply .vtu can\n"));
     for (const char* out : {"out.vtu", "out.ply", "out.msh"}) {
         CAPTURE(out);
@@ -271,7 +272,8 @@ TEST_CASE("remesh carries solutions at the vertices, also through a repair", "[c
         for (const int v : t) {
             const Eigen::Vector3d& p = whole.points[v];
             loose.points.push_back(p);
-            text += std::to_string(4 - p.z()) + " " + std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+            text +=
+                std::to_string(4 - p.z()) + " " + std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
         }
     }
     loose.triangles.insert(loose.triangles.begin(), loose.triangles[5]);
@@ -286,13 +288,13 @@ TEST_CASE("remesh carries solutions at the vertices, also through a repair", "[c
     CHECK(out.point_fields[1].components == 3);
     for (std::size_t v = 0; v < out.soup.points.size(); ++v) {
         CHECK(out.point_fields[0].values[v] == Approx(4 - out.soup.points[v].z()).margin(0.01));
-        CHECK((Eigen::Vector3d(out.point_fields[1].values[3 * v], out.point_fields[1].values[3 * v + 1], out.point_fields[1].values[3 * v + 2]) -
-               out.soup.points[v]).norm() < 0.01);
+        CHECK((Eigen::Vector3d(out.point_fields[1].values[3 * v], out.point_fields[1].values[3 * v + 1],
+                               out.point_fields[1].values[3 * v + 2]) -
+               out.soup.points[v])
+                  .norm() < 0.01);
     }
 
-    SECTION("info names the fields of a solution") {
-        CHECK_THAT(run(folder, "info wind.sol").out, Catch::Contains("wind_1, wind_2 (3)"));
-    }
+    SECTION("info names the fields of a solution") { CHECK_THAT(run(folder, "info wind.sol").out, Catch::Contains("wind_1, wind_2 (3)")); }
     SECTION("info --repair keeps fields with their points") {
         MeshData data{loose, {{"z"}}};
         for (const Eigen::Vector3d& p : loose.points) data.point_fields[0].values.push_back(p.z());
@@ -300,7 +302,8 @@ TEST_CASE("remesh carries solutions at the vertices, also through a repair", "[c
         REQUIRE(run(folder, "info loose.vtu --repair -o whole.msh").code == 0);
         const MeshData repaired = read_mesh_data(folder / "whole.msh");
         CHECK(repaired.soup.points.size() == whole.points.size());
-        for (std::size_t v = 0; v < repaired.soup.points.size(); ++v) CHECK(repaired.point_fields[0].values[v] == repaired.soup.points[v].z());
+        for (std::size_t v = 0; v < repaired.soup.points.size(); ++v)
+            CHECK(repaired.point_fields[0].values[v] == repaired.soup.points[v].z());
         CHECK_THAT(run(folder, "info loose.vtu --repair -o whole.obj").out, Catch::Contains("without the fields"));
     }
     SECTION("a solution for another mesh, of another kind or of a taken name is refused") {
@@ -340,12 +343,14 @@ TEST_CASE("report measures a mesh against a triangulated reference", "[cli]") {
     CHECK(said["reference"]["compared"].size() == 4);
     for (const json& compared : said["reference"]["compared"]) CHECK(compared["same"] == true);
     const std::string page = read_file(folder / "r.html");
-    for (const char* part : {"Hausdorff distance", "genus of the reference: same", "angle to the surface", "from reference to mesh"}) CHECK_THAT(page, Catch::Contains(part));
+    for (const char* part : {"Hausdorff distance", "genus of the reference: same", "angle to the surface", "from reference to mesh"})
+        CHECK_THAT(page, Catch::Contains(part));
 
     const Outcome same = run(folder, "report same.obj --reference scan.stl");
     CHECK(same.code == 0);
     CHECK_THAT(same.out, Catch::Contains("Hausdorff distance to the reference") && Catch::Contains("same") && !Catch::Contains("differs"));
-    CHECK(json::parse(run(folder, "report same.obj --reference scan.stl --json").out)["reference"]["hausdorff"]["largest"].get<double>() < 1e-6);
+    CHECK(json::parse(run(folder, "report same.obj --reference scan.stl --json").out)["reference"]["hausdorff"]["largest"].get<double>() <
+          1e-6);
     write_mesh(folder / "torus.off", triangulations::soup(triangulations::torus(20, 10)));
     CHECK_THAT(run(folder, "report torus.off --reference scan.stl").out, Catch::Contains("differs"));
 

@@ -113,18 +113,21 @@ TEST_CASE("properties of PLY are words, and colours are bytes", "[io]") {
         std::ifstream in(folder / "a.ply");
         return std::string(std::istreambuf_iterator<char>(in), {});
     }();
-    CHECK_THAT(text, Catch::Contains("property uchar red\n") && Catch::Contains("property double x_\n") && Catch::Contains("property double two_words\n"));
+    CHECK_THAT(text, Catch::Contains("property uchar red\n") && Catch::Contains("property double x_\n") &&
+                         Catch::Contains("property double two_words\n"));
     CHECK_THAT(text, Catch::Contains("comment gradus field 1 two words\n"));
     check_same(read_mesh_data(folder / "a.ply").point_fields, data.point_fields);
 }
 
 TEST_CASE("a comment that promises more components than there are is only a comment", "[io]") {
     const TemporaryFolder folder;
-    const std::string comment = GENERATE("gradus field 3 v", "gradus field 0 v", "gradus field -1 v", "gradus field 99999999999999999999 v", "gradus field 2", "gradus field 2 ");
+    const std::string comment = GENERATE("gradus field 3 v", "gradus field 0 v", "gradus field -1 v", "gradus field 99999999999999999999 v",
+                                         "gradus field 2", "gradus field 2 ");
     CAPTURE(comment);
-    support::spill(folder / "a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\ncomment " + comment +
-                                         "\nproperty float a\nproperty float b\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
-                                         "0 0 0 1 2\n1 0 0 3 4\n0 1 0 5 6\n3 0 1 2\n");
+    support::spill(folder / "a.ply",
+                   "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\ncomment " + comment +
+                       "\nproperty float a\nproperty float b\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                       "0 0 0 1 2\n1 0 0 3 4\n0 1 0 5 6\n3 0 1 2\n");
     const MeshData data = read_mesh_data(folder / "a.ply");
     REQUIRE(data.point_fields.size() == 2);
     CHECK(data.point_fields[1].name == "b");

@@ -396,7 +396,8 @@ TEST_CASE("the result says where its points and triangles are from, and fields f
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) number.values.push_back(static_cast<double>(t));
     const Field at_points = follow(std::vector{place}, repaired.point_source)[0];
     for (std::size_t v = 0; v < repaired.soup.points.size(); ++v)
-        CHECK(Eigen::Vector3d(at_points.values[3 * v], at_points.values[3 * v + 1], at_points.values[3 * v + 2]) == repaired.soup.points[v]);
+        CHECK(Eigen::Vector3d(at_points.values[3 * v], at_points.values[3 * v + 1], at_points.values[3 * v + 2]) ==
+              repaired.soup.points[v]);
     const Field on_triangles = follow(std::vector{number}, repaired.triangle_source)[0];
     CHECK(std::equal(on_triangles.values.begin(), on_triangles.values.end(), repaired.soup.labels.begin()));
     CHECK(on_triangles.integer);

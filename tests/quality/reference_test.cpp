@@ -59,9 +59,13 @@ TEST_CASE("a mesh is at no distance from itself, in any order and place", "[exac
 }
 
 TEST_CASE("a plane moved by d is d away everywhere, both ways", "[exact]") {
-    const Mesh plane = triangulations::graph(6, [](double, double) { return 0; }, 0.3);
+    const Mesh plane = triangulations::graph(
+        6, [](double, double) { return 0; }, 0.3);
     const double d = 0.125;
-    const MeshReport r = measured(moved_up(triangulations::graph(9, [](double, double) { return 0; }, 0.3, 8), d), plane);
+    const MeshReport r = measured(moved_up(triangulations::graph(
+                                               9, [](double, double) { return 0; }, 0.3, 8),
+                                           d),
+                                  plane);
     const HausdorffReport& h = r.reference->hausdorff;
     CHECK(h.diagonal == Approx(std::sqrt(2)));
     for (const OneSidedDistance* side : {&h.from_mesh, &h.from_reference}) {
@@ -170,8 +174,8 @@ TEST_CASE("surfaces without triangles or with bad corners are refused", "[qualit
 
 TEST_CASE("the text of a report against a reference says the distance, where it is, and what differs", "[quality]") {
     const std::string text = to_text(measured(testing::torus(20, 10), triangulations::sphere(2)));
-    for (const char* part : {"Hausdorff distance to the reference", "from mesh to reference", "nowhere above", "genus", "differs", "same", "angle to the normal",
-                             "edge midpoints"})
+    for (const char* part : {"Hausdorff distance to the reference", "from mesh to reference", "nowhere above", "genus", "differs", "same",
+                             "angle to the normal", "edge midpoints"})
         CHECK_THAT(text, Catch::Contains(part));
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 110);

@@ -16,7 +16,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 SurfaceMesh remeshed(const Triangulation& surface, double h) {
-    const TriangulationBackground map = make_background(surface, {.kind = SizingRule::Kind::Proportional, .value = 1e6, .hmin = 0.999999 * h, .hmax = h});
+    const TriangulationBackground map =
+        make_background(surface, {.kind = SizingRule::Kind::Proportional, .value = 1e6, .hmin = 0.999999 * h, .hmax = h});
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support();
     return remesh({support, surface.features(), surface.soup().labels}, control, map.cells).mesh;
@@ -33,7 +34,10 @@ std::vector<double> carried(const Triangulation& surface, const Field& field, co
     return carry_point_fields(surface, std::vector{field}, mesh).front().values;
 }
 
-TriangleSoup plane(int n) { return triangulations::soup(triangulations::graph(n, [](double, double) { return 0; }, 0.3)); }
+TriangleSoup plane(int n) {
+    return triangulations::soup(triangulations::graph(
+        n, [](double, double) { return 0; }, 0.3));
+}
 
 // A plane in `count` strips along y, with the number of its strip as each triangle's label.
 TriangleSoup strips(int n, int count) {
@@ -84,8 +88,8 @@ TEST_CASE("constants are carried bit by bit, infinite ones too, and nothing is c
         CHECK(std::all_of(values.begin(), values.end(), [=](double x) { return x == c; }));
     }
     std::mt19937 random(3);
-    const std::vector<double> noise =
-        carried(surface, at_points(surface.soup(), [&](const Vector3d&) { return std::uniform_real_distribution<double>(2, 3)(random); }), mesh);
+    const std::vector<double> noise = carried(
+        surface, at_points(surface.soup(), [&](const Vector3d&) { return std::uniform_real_distribution<double>(2, 3)(random); }), mesh);
     CHECK(std::all_of(noise.begin(), noise.end(), [](double x) { return x >= 2 && x <= 3; }));
 }
 
@@ -113,7 +117,8 @@ TEST_CASE("where there is no value none is made up, and it does not spread", "[e
     const Triangulation surface(plane(10));
     const SurfaceMesh mesh = remeshed(surface, 0.05);
     const auto known = [](const Vector3d& p) { return p.x() > 0.5; };
-    const std::vector<double> values = carried(surface, at_points(surface.soup(), [&](const Vector3d& p) { return known(p) ? 4 : std::nan(""); }), mesh);
+    const std::vector<double> values =
+        carried(surface, at_points(surface.soup(), [&](const Vector3d& p) { return known(p) ? 4 : std::nan(""); }), mesh);
     for (std::size_t v = 0; v < values.size(); ++v) {
         if (mesh.points[v].x() > 0.5 + 0.2) CHECK(values[v] == 4);
         if (mesh.points[v].x() < 0.5 - 0.2) CHECK(std::isnan(values[v]));
@@ -122,7 +127,8 @@ TEST_CASE("where there is no value none is made up, and it does not spread", "[e
     for (std::size_t t = 0; t < surface.soup().triangles.size(); ++t) cells.values.push_back(t % 2 == 0 ? std::nan("") : 5);
     const std::vector<Field> on_cells = carry_cell_fields(surface, std::vector{cells}, mesh);
     const std::vector<int> under = triangles_of_input(surface, mesh);
-    for (std::size_t t = 0; t < under.size(); ++t) CHECK((under[t] % 2 == 0 ? std::isnan(on_cells[0].values[t]) : on_cells[0].values[t] == 5));
+    for (std::size_t t = 0; t < under.size(); ++t)
+        CHECK((under[t] % 2 == 0 ? std::isnan(on_cells[0].values[t]) : on_cells[0].values[t] == 5));
 }
 
 TEST_CASE("a triangle has the value of the one under its centroid", "[property]") {
@@ -135,7 +141,9 @@ TEST_CASE("a triangle has the value of the one under its centroid", "[property]"
         const auto& [a, b, c] = mesh.triangles[t];
         const Vector3d middle = (mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3;
         const Triangle& v = surface.soup().triangles[under[t]];
-        CHECK((closest_point(middle, surface.soup().points[v[0]], surface.soup().points[v[1]], surface.soup().points[v[2]]) - middle).norm() < 1e-12);
+        CHECK(
+            (closest_point(middle, surface.soup().points[v[0]], surface.soup().points[v[1]], surface.soup().points[v[2]]) - middle).norm() <
+            1e-12);
     }
 }
 
@@ -158,8 +166,11 @@ TEST_CASE("cell fields keep to their regions, those of one element's width too",
 }
 
 TEST_CASE("sheets that nearly touch keep their own values", "[exact]") {
-    testing::Mesh above = triangulations::graph(10, [](double, double) { return 1e-7; }, 0.3, 5);
-    const TriangleSoup both = triangulations::soup(testing::together(triangulations::graph(12, [](double, double) { return 0; }, 0.3), above));
+    testing::Mesh above = triangulations::graph(
+        10, [](double, double) { return 1e-7; }, 0.3, 5);
+    const TriangleSoup both = triangulations::soup(testing::together(triangulations::graph(
+                                                                         12, [](double, double) { return 0; }, 0.3),
+                                                                     above));
     const Triangulation surface(both);
     const SurfaceMesh mesh = remeshed(surface, 0.07);
     const auto upper = [](const Vector3d& p) { return p.z() > 5e-8; };

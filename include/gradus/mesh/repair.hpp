@@ -62,8 +62,8 @@ struct RepairStep {
 struct Repaired {
     TriangleSoup soup;              ///< is_manifold()
     std::vector<RepairStep> steps;  ///< in the order of RepairKind; none: the soup is the input, bit by bit
-    std::vector<int> point_source;     ///< point of the input, per point: the one that stayed of those that were welded
-    std::vector<int> triangle_source;  ///< triangle of the input, per triangle: that which it is, or a piece of
+    std::vector<int> point_source;  ///< point of the input, per point: the one that stayed of those that were welded
+    std::vector<int> triangle_source;  ///< triangle of the input, per triangle: which it is, or is a piece of
 };
 
 /// A sound soup (is_clean_manifold) comes back as it is unless a tolerance welds; so does every result.

@@ -2,6 +2,10 @@
 /// holes and handles.
 #pragma once
 
+#include <algorithm>
+#include <optional>
+#include <vector>
+
 #include "gradus/quality/distance.hpp"
 #include "gradus/quality/hausdorff.hpp"
 #include "gradus/quality/topology.hpp"
@@ -59,9 +63,9 @@ class Reference {
   private:
     MeshView surface_;
     double diagonal_;
-    std::vector<Eigen::Vector3d> normals_;  // of facets, unit; zero where there is none
-    ClosestTriangle tree_;                  // of all facets
-    std::optional<ClosestTriangle> facing_; // of those that have a normal
+    std::vector<Eigen::Vector3d> normals_;   // of facets, unit; zero where there is none
+    ClosestTriangle tree_;                   // of all facets
+    std::optional<ClosestTriangle> facing_;  // of those that have a normal
     DistanceTarget target_;
 };
 

@@ -23,11 +23,11 @@ struct MeshReport {
     TopologyReport topology;
     ShapeReport shape;
     RealisedGradation gradation;
-    std::optional<EdgeReport> edges;        ///< where a size map was given
-    std::optional<DistanceReport> distance; ///< where a model or a reference was given
+    std::optional<EdgeReport> edges;           ///< where a size map was given
+    std::optional<DistanceReport> distance;    ///< where a model or a reference was given
     std::optional<NormalReport> normals;
     std::optional<ReferenceReport> reference;  ///< where a reference was given
-    std::vector<StageTime> stages;          ///< filled by the caller
+    std::vector<StageTime> stages;             ///< filled by the caller
 };
 
 /// What a mesh is measured against; what is not given is not measured.

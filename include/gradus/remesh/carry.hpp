@@ -2,11 +2,11 @@
 /// nothing is searched for in space: values come from the same sheet and component, however near another one is.
 #pragma once
 
-#include "gradus/control/triangulation.hpp"
-#include "gradus/remesh/surface_mesh.hpp"
-
 #include <span>
 #include <vector>
+
+#include "gradus/control/triangulation.hpp"
+#include "gradus/remesh/surface_mesh.hpp"
 
 namespace gradus {
 
