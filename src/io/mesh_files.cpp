@@ -172,7 +172,10 @@ void write_as(const MeshFormat& format, const std::string& path, const MeshData&
 void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOptions& options) {
     const MeshFormat& format = format_of(path, kMeshFormats);
     io::check_writable("write_mesh", soup);
-    write_as(format, path, {soup}, options);
+    MeshData data{soup};
+    // meshio, for one, fails on numbers on the faces of a binary file: what did not ask for them gets none.
+    if (format.parse == io::parse_ply) data.soup.labels.clear();
+    write_as(format, path, data, options);
 }
 
 void write_mesh_data(const std::string& path, const MeshData& data, const WriteOptions& options) {

@@ -575,24 +575,36 @@ MeshData parse_msh(const std::string& path, std::string_view contents, Fields fi
 
 namespace {
 
-/// Values of nodes or elements, those that have none left out.
-void write_data(TextWriter& out, std::string_view section, std::string_view name, int components, std::span<const double> values) {
-    const auto n = static_cast<std::size_t>(components);
-    const auto row = [&](std::size_t i) { return values.subspan(i * n, n); };
-    const auto missing = [&](std::size_t i) { return std::all_of(row(i).begin(), row(i).end(), [](double x) { return std::isnan(x); }); };
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < values.size() / n; ++i) count += !missing(i);
+/// Head of a section of values.
+void begin_data(TextWriter& out, std::string_view section, std::string_view name, int components, std::size_t count) {
     std::string line(name);
     std::replace_if(
         line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
     out << '$' << section << "\n1\n\"" << line << "\"\n1\n0\n3\n0\n" << components << '\n' << count << '\n';
-    for (std::size_t i = 0; i < values.size() / n; ++i) {
-        if (missing(i)) continue;
-        out << i + 1;
-        for (const double x : row(i)) out << ' ' << x;
-        out << '\n';
-    }
-    out << "$End" << section << '\n';
+}
+
+void write_row(TextWriter& out, std::size_t number, std::span<const double> values) {
+    out << number;
+    for (const double x : values) out << ' ' << x;
+    out << '\n';
+}
+
+void write_node_data(TextWriter& out, std::string_view name, int components, std::span<const double> values) {
+    const auto n = static_cast<std::size_t>(components);
+    begin_data(out, "NodeData", name, components, values.size() / n);
+    for (std::size_t i = 0; i < values.size() / n; ++i) write_row(out, i + 1, values.subspan(i * n, n));
+    out << "$EndNodeData\n";
+}
+
+/// In the order of write_elements, edges too: some readers (meshio) pass over the numbers.
+void write_element_data(TextWriter& out, const TriangleSoup& soup, const std::vector<Surface>& surfaces, const Field& field) {
+    const auto n = static_cast<std::size_t>(field.components);
+    begin_data(out, "ElementData", field.name, field.components, soup.edges.size() + soup.triangles.size());
+    const std::vector<double> none(n, std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t e = 1; e <= soup.edges.size(); ++e) write_row(out, soup.triangles.size() + e, none);
+    for (const Surface& surface : surfaces)
+        for (const std::size_t t : surface.triangles) write_row(out, t + 1, std::span(field.values).subspan(t * n, n));
+    out << "$EndElementData\n";
 }
 
 }  // namespace
@@ -607,14 +619,14 @@ std::string msh_text(const MeshData& data) {
     write_entities(out, soup, surfaces);
     write_nodes(out, soup, surfaces.front());
     write_elements(out, soup, surfaces);
-    for (const Field& field : data.point_fields) write_data(out, "NodeData", field.name, field.components, field.values);
-    for (const Field& field : cell_fields_of(data)) write_data(out, "ElementData", field.name, field.components, field.values);
+    for (const Field& field : data.point_fields) write_node_data(out, field.name, field.components, field.values);
+    for (const Field& field : cell_fields_of(data)) write_element_data(out, soup, surfaces, field);
     return out.take();
 }
 
 std::string msh_node_data(std::string_view name, std::span<const double> values) {
     TextWriter out(32 * values.size() + 128);
-    write_data(out, "NodeData", name, 1, values);
+    write_node_data(out, name, 1, values);
     return out.take();
 }
 

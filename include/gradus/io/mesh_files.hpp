@@ -27,7 +27,7 @@
 /// and in no group. Written are a surface and a group for each label, so that triangles come in the order of labels, and a curve of all
 /// edges.
 /// VTK: an integer cell array `label` is the labels; the fields of write_vtu are read by read_mesh_data.
-/// PLY: an integer property `label` of faces is the labels. Properties being single numbers, a field of several components is one
+/// PLY: an integer property `label` of faces is the labels; write_mesh leaves it away, write_mesh_data does not. Properties being single numbers, a field of several components is one
 /// property for each, `velocity_0`, `velocity_1` ...; the comment `gradus field 3 velocity` before them says that they are one. Integers
 /// are bytes where they are in [0, 255], as colours are to be.
 #pragma once
