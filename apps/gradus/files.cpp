@@ -105,7 +105,7 @@ void check_distinct(const std::vector<std::string>& outputs) {
 PatchModel load_model(const std::string& path) {
     if (kind_of(path) != FileKind::Patches)
         throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; surfaces are read from " +
-                         extensions_of(FileKind::Patches));
+                         extensions_of(FileKind::Patches) + " " + extensions_of(FileKind::Mesh) + " " + extensions_of(FileKind::ReadMesh));
     const PatchFile file = read_patches(path);
     try {
         return make_model(file);

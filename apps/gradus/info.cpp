@@ -8,6 +8,7 @@
 #include <set>
 
 #include "commands.hpp"
+#include "fields.hpp"
 #include "files.hpp"
 #include "gradus/curvature/principal.hpp"
 #include "gradus/io/mesh_files.hpp"
@@ -181,7 +182,8 @@ std::string describe(const SelfContacts& contacts) {
     return text + (contacts.pairs.count > kNamed ? " ...\n" : "\n");
 }
 
-MeshInfo describe(const std::string& name, const TriangleSoup& soup) {
+MeshInfo describe(const std::string& name, const MeshData& data) {
+    const TriangleSoup& soup = data.soup;
     const Diagnosis diagnosis = diagnose(soup);
     Extent extent;
     for (const Eigen::Vector3d& p : soup.points) extent.add(p);
@@ -194,6 +196,8 @@ MeshInfo describe(const std::string& name, const TriangleSoup& soup) {
     if (!soup.edges.empty()) extras.push_back(fmt::format("{} feature edges", grouped(soup.edges.size())));
     if (!soup.corners.empty()) extras.push_back(fmt::format("{} corners", grouped(soup.corners.size())));
     if (!extras.empty()) text += fmt::format("with {}\n", fmt::join(extras, ", "));
+    if (!data.point_fields.empty()) text += "fields on points: " + names_of(data.point_fields) + "\n";
+    if (!data.cell_fields.empty()) text += "fields on triangles: " + names_of(data.cell_fields) + "\n";
 
     const MeshView view{soup.points, soup.triangles};
     const MeshEdges edges = edges_of(view);
@@ -228,6 +232,8 @@ MeshInfo describe(const std::string& name, const TriangleSoup& soup) {
              {"labels", labels.size()},
              {"parameters", soup.parameters.size()},
              {"feature_edges", soup.edges.size()},
+             {"point_fields", json_of(data.point_fields)},
+             {"cell_fields", json_of(data.cell_fields)},
              {"extent", extent.json()},
              {"edge_length", {{"min", lengths.min}, {"median", lengths.median}, {"max", lengths.max}}},
              {"area_length", {{"min", shape.area_length.min}, {"mean", shape.area_length.mean}}},
@@ -238,17 +244,22 @@ MeshInfo describe(const std::string& name, const TriangleSoup& soup) {
 
 int info_of_mesh(const Options& options) {
     if (!options.out.empty()) check_output(options.out, {FileKind::Mesh});
-    const TriangleSoup soup = read_mesh(options.file);
-    MeshInfo info = describe(options.file, soup);
+    const MeshData data = read_mesh_data(options.file);
+    MeshInfo info = describe(options.file, data);
     options.session.say(info.text);
     if (options.repair) {
-        const Repaired repaired = repair(soup, {.weld_tolerance = options.weld});
-        const MeshInfo after = repaired.steps.empty() ? info : describe("repaired", repaired.soup);
+        const Repaired repaired = repair(data.soup, {.weld_tolerance = options.weld});
+        const MeshData result{repaired.soup, follow(data.point_fields, repaired.point_source),
+                              follow(data.cell_fields, repaired.triangle_source)};
+        const MeshInfo after = repaired.steps.empty() ? info : describe("repaired", result);
         options.session.say(text_of(options.file, repaired) + (repaired.steps.empty() ? "" : after.text));
         info.json["repair"] = {{"steps", json_of(repaired.steps)}, {"result", after.json}};
         if (!options.out.empty()) {
-            write_mesh(options.out, repaired.soup);
-            options.session.say("wrote " + options.out + "\n");
+            const bool fields = !result.point_fields.empty() || !result.cell_fields.empty();
+            if (holds_fields(options.out)) write_mesh_data(options.out, result);
+            else write_mesh(options.out, result.soup);
+            options.session.say("wrote " + options.out +
+                                (fields && !holds_fields(options.out) ? " without the fields; .msh .ply .vtu can hold them\n" : "\n"));
         }
     }
     print(options.session, info.json);
@@ -257,7 +268,16 @@ int info_of_mesh(const Options& options) {
 
 // --- sizes ---
 
+int info_of_solution(const Options& options, const std::vector<Field>& fields) {
+    const std::size_t count = fields[0].values.size() / static_cast<std::size_t>(fields[0].components);
+    options.session.say(fmt::format("{}: fields at {} vertices: {}\n", options.file, grouped(count), names_of(fields)));
+    print(options.session, {{"kind", "fields"}, {"count", count}, {"point_fields", json_of(fields)}});
+    return kMet;
+}
+
 int info_of_sizes(const Options& options) {
+    if (const std::vector<Field> fields = read_solution(options.file); fields.size() > 1 || fields[0].components > 1)
+        return info_of_solution(options, fields);
     const std::vector<double> sizes = read_sizes(options.file);
     const auto unset = std::count_if(sizes.begin(), sizes.end(), [](double h) { return std::isinf(h); });
     std::vector<double> given;

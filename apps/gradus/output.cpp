@@ -49,16 +49,22 @@ void write_surface_mesh(const std::string& path, const PatchModel& model, const 
     else write_mesh(path, soup_of(mesh));
 }
 
-void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool labelled) {
-    if (extension_of(path) == ".vtu") {
-        const std::vector<double> shock = vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes), quality = qualities_of(mesh);
-        const std::vector<double> label(mesh.patches.begin(), mesh.patches.end());
-        return write_vtu(path, mesh.points, mesh.triangles, {{"size", 1, mesh.sizes}, {"shock", 1, shock}}, {{"quality", 1, quality}, {"label", 1, label}});
+void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool labelled, const std::vector<Field>& point_fields,
+                        const std::vector<Field>& cell_fields) {
+    MeshData data{{mesh.points, mesh.triangles}};
+    if (labelled) data.soup.labels = mesh.patches;
+    const bool with_own = extension_of(path) == ".vtu";
+    if (with_own) {
+        data.point_fields = {{"size", 1, mesh.sizes}, {"shock", 1, vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes)}};
+        data.cell_fields = {{"quality", 1, qualities_of(mesh)}};
+    } else {
+        data.soup.edges = mesh.features;
     }
-    TriangleSoup soup{mesh.points, mesh.triangles};
-    if (labelled) soup.labels = mesh.patches;
-    soup.edges = mesh.features;
-    write_mesh(path, soup);
+    if (holds_fields(path)) {
+        data.point_fields.insert(data.point_fields.end(), point_fields.begin(), point_fields.end());
+        data.cell_fields.insert(data.cell_fields.end(), cell_fields.begin(), cell_fields.end());
+    }
+    write_mesh_data(path, data);
 }
 
 MeshReport measure_surface_mesh(const PatchModel& model, const SurfaceMesh& mesh, const ControlSpace& control) {

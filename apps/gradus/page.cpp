@@ -10,6 +10,7 @@ namespace gradus::app {
 namespace {
 
 std::string number(double value) { return fmt::format("{:.4g}", value); }
+std::string whole(const std::optional<long long>& value) { return value ? grouped(*value) : "-"; }
 std::string percent(double share) { return fmt::format("{:.2f} %", 100 * share); }
 
 std::vector<std::string> low_row(const std::string& name, const Summary& s) {
@@ -33,7 +34,25 @@ void add_checks(HtmlReport& page, const MeshReport& report) {
     if (report.normals)
         checks.push_back(
             {"triangles at more than 60 degrees to the surface", grouped(report.normals->over_60), "none", report.normals->over_60 == 0});
+    if (report.reference) {
+        const HausdorffReport& h = report.reference->hausdorff;
+        checks.push_back({"Hausdorff distance to the reference, at most", number(h.bound())});
+        checks.push_back({"the same, of the diagonal of the reference", number(h.relative_bound())});
+        for (const TopologyComparison& c : compare(t, report.reference->topology))
+            checks.push_back({c.name + std::string(" of the reference: ") + (c.same() ? "same" : "differs"), whole(c.mesh),
+                              whole(c.reference), c.same()});
+    }
     page.checks(checks);
+}
+
+// Where the two surfaces are farthest from each other.
+void add_hausdorff(HtmlReport& page, const HausdorffReport& h) {
+    const auto row = [](const std::string& name, const OneSidedDistance& d) {
+        return std::vector<std::string>{
+            name, number(d.largest), number(d.bound), number(d.point.x()), number(d.point.y()), number(d.point.z())};
+    };
+    page.table({"Hausdorff distance", "largest", "nowhere above", "at x", "y", "z"},
+               {row("from mesh to reference", h.from_mesh), row("from reference to mesh", h.from_reference)});
 }
 
 }  // namespace
@@ -71,6 +90,7 @@ void add_mesh(HtmlReport& page, const MeshReport& report) {
         rows.push_back(high_row("triangle middles off the surface, 1e-6", d->centroids, 1e6));
     }
     page.table({"spread", "median", "mean", "99 %", "99.9 %", "max"}, rows);
+    if (report.reference) add_hausdorff(page, report.reference->hausdorff);
     page.histogram(chart_of(s.area_length_histogram), {.title = "Area-length quality", .x_label = "quality"});
     page.histogram(chart_of(s.smallest_angle_histogram), {.title = "Smallest angle", .x_label = "degrees"});
     if (report.edges)

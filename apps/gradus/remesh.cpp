@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "fields.hpp"
 #include "files.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/output_file.hpp"
@@ -26,7 +27,7 @@ namespace {
 struct Options {
     Session session;
     std::string in;
-    std::vector<std::string> out;
+    std::vector<std::string> out, fields;
     std::string sizes, background, report, pictures;
     SizingOptions sizing;
     GradationChoice gradation;
@@ -59,6 +60,7 @@ void check_options(const Options& options) {
     if (!options.report.empty()) outputs.push_back(options.report);
     check_distinct(outputs);
     if (!options.background.empty() && options.sizes.empty()) throw UsageError("--background needs --size, the sizes at its vertices");
+    if (!options.fields.empty() && !is_mesh(options.in)) throw UsageError("--field is for triangle meshes, not for " + options.in);
     const SizingOptions& s = options.sizing;
     if (!options.sizes.empty() &&
         (s.alpha || s.relative_chord_error || s.chord_error || s.normal_angle || s.hmin || s.hmax || !s.at.empty()))
@@ -134,21 +136,27 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
         sizes = read_sizes(options.sizes, surface->soup().points.size());
         if (!gradation) require_finite(options.sizes, sizes);
     }
+    const Fields fields = stages.run("reading fields", [&] { return load_fields(options.in, options.surface.repair, options.fields); });
     const SizingRule rule = rule_of(options.sizing, limits_for(surface->diagonal()));
     const auto mesh = std::make_shared<const TriangulatedMesh>(
         mesh_triangulation(*surface, rule, sizes, gradation, remesh_options(options), options.sizing.hmin.has_value(), stages));
+    const auto carried =
+        std::make_shared<const Fields>(stages.run("fields", [&] { return carry(*surface, fields, mesh->result.mesh, options.out); }));
     Made made;
     made.result = mesh->result;
     if (options.sizes.empty()) made.rule = rule;
     made.background_vertices = mesh->background_vertices;
     made.gradation = mesh->gradation;
     made.surface = text_of(options.in, *surface);
-    made.note = text_of(*mesh, surface->diagonal());
+    made.note = text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
     made.met = mesh->kept();
     made.json = json_of(*surface);
     made.json.update(json_of(*mesh));
+    made.json["fields"] = json_of(fields, options.out);
     made.measure = [=] { return measure_surface_mesh(*mesh); };
-    made.write = [=](const std::string& path) { write_surface_mesh(path, mesh->result.mesh, !surface->soup().labels.empty()); };
+    made.write = [=](const std::string& path) {
+        write_surface_mesh(path, mesh->result.mesh, !surface->soup().labels.empty(), carried->points, carried->cells);
+    };
     return made;
 }
 
@@ -258,6 +266,12 @@ void add_remesh(CLI::App& app, Run& run) {
     add_sizing(command, options->sizing);
     add_gradation(command, options->gradation, GradationNeeded::No);
     add_triangulation(command, options->surface);
+    command.add_option("--field", options->fields, "Fields at the vertices of IN, carried to the mesh as those of IN are; may be repeated")
+        ->type_name("F.sol")
+        ->type_size(1)
+        ->allow_extra_args(false)
+        ->take_all()
+        ->group("Triangulations");
     command.add_flag("--fast", options->fast, "Smooth shapes only, do not search for better ones");
     command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")
         ->type_name("N")

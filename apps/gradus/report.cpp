@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <utility>
 
 #include "commands.hpp"
 #include "files.hpp"
@@ -117,7 +118,17 @@ int run_report(const Options& options) {
     MeasureOptions measure_options;
     std::optional<PatchModel> model;
     Placing placing;
-    if (!options.reference.empty()) {
+    TriangleSoup surface;
+    std::optional<Reference> reference;
+    if (is_mesh(options.reference)) {
+        reference.emplace(stages.run("reference", [&] {
+            surface = read_mesh(options.reference);
+            for (const auto& [path, read] : {std::pair{&options.mesh, &soup}, std::pair{&options.reference, &std::as_const(surface)}})
+                if (read->triangles.empty()) throw Failure(*path + ": holds no triangles");
+            return Reference({surface.points, surface.triangles});
+        }));
+        measure_options.reference = &*reference;
+    } else if (!options.reference.empty()) {
         model.emplace(stages.run("reference", [&] { return load_model(options.reference); }));
         placing = stages.run("placing", [&] { return place(*model, soup); });
         measure_options.model = &*model;
@@ -152,7 +163,7 @@ void add_report(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("report", "Measure a mesh: shape, gradation, lengths in a size map, distance to a surface");
     const auto options = std::make_shared<Options>();
     command.add_option("MESH", options->mesh, "Triangle mesh: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp")->required();
-    command.add_option("--reference", options->reference, "The surface it stands for: Bezier patches")->type_name("IN");
+    command.add_option("--reference", options->reference, "The surface it stands for: Bezier patches, or a triangle mesh")->type_name("IN");
     command.add_option("--size", options->sizes, "Size map it was made for")->type_name("MAP.sol");
     command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")
         ->type_name("BG.mesh");

@@ -34,7 +34,7 @@ void SurfaceCells::add(TriangleSoup& soup, const CellKind& kind, std::span<const
 }
 
 Field SurfaceCells::on_triangles(const Field& on_cells) const {
-    Field field{on_cells.name, on_cells.components};
+    Field field{on_cells.name, on_cells.components, {}, on_cells.integer};
     const auto n = static_cast<std::size_t>(on_cells.components);
     field.values.reserve(n * cell_of_triangle_.size());
     for (const int cell : cell_of_triangle_)

@@ -16,6 +16,8 @@ std::string extension_of(const std::string& path);
 
 /// @throws std::invalid_argument naming the function if the soup is what no file may hold, since no reader would take it
 void check_writable(const char* function, const TriangleSoup& soup);
+/// The same for fields: names given once, and as many values as there are things.
+void check_writable(const char* function, const std::vector<Field>& fields, std::size_t count, const char* where);
 
 /// Whether fields are wanted, besides the soup.
 enum class Fields { Skipped, Read };
@@ -29,24 +31,34 @@ TriangleSoup parse_obj(const std::string& path, std::string_view text);
 TriangleSoup parse_off(const std::string& path, std::string_view text);
 TriangleSoup parse_stl(const std::string& path, std::string_view contents);
 std::vector<double> parse_sol(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count);
+/// Without names.
+std::vector<Field> parse_solution(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count);
+std::vector<Field> parse_solution_binary(const std::string& path, std::string_view bytes, std::optional<std::size_t> expected_count);
 std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes, std::optional<std::size_t> expected_count);
 
 // The soups have been checked: finite coordinates, indices in range.
 std::string medit_text(const TriangleSoup& soup);
 std::string medit_binary(const TriangleSoup& soup);
 std::string msh_text(const TriangleSoup& soup);
+/// With its fields; those of components beyond kMostComponents have been refused.
+std::string msh_text(const MeshData& data);
+inline constexpr int kMostComponents = 64;
 /// A section to append: one value per vertex.
 std::string msh_node_data(std::string_view name, std::span<const double> values);
 std::string obj_text(const TriangleSoup& soup);
 std::string off_text(const TriangleSoup& soup);
-std::string ply_text(const TriangleSoup& soup);
-std::string ply_binary(const TriangleSoup& soup);
+std::string ply_text(const MeshData& data);
+std::string ply_binary(const MeshData& data);
 std::string stl_text(const TriangleSoup& soup);
 /// @throws std::invalid_argument if a coordinate is beyond single precision
 std::string stl_binary(const TriangleSoup& soup);
 /// Edges are cells behind the triangles.
-std::string vtu_binary(const TriangleSoup& soup);
-inline constexpr std::string_view kLabelField = "label";  ///< in which .vtu keeps the labels
+std::string vtu_binary(const MeshData& data);
+inline constexpr std::string_view kLabelField = "label";  ///< in which .vtu and .ply keep the labels
+/// The fields of cells to write: without one of labels where the soup has them.
+std::vector<Field> cell_fields_of(const MeshData& data);
+/// Whether a field is of integers, and all its values are some that a double has exactly.
+bool holds_integers(const Field& field);
 std::string sol_text(std::span<const double> sizes);
 std::string sol_binary(std::span<const double> sizes);
 

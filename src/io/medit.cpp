@@ -84,6 +84,7 @@ class TextSource {
     }
     double real(const char* what) { return in_.real(what); }
     double real_or_inf(const char* what) { return in_.real_or_inf(what); }
+    double any_real(const char* what) { return in_.any_real(what); }
     std::int64_t integer(const char* what) { return in_.integer(what); }
     std::size_t count(const char* what, std::size_t reals, std::size_t integers) { return in_.count(what, 2 * (reals + integers) - 1); }
     [[noreturn]] void fail_at(Where where, const std::string& what) const { in_.fail_at(where, what); }
@@ -148,6 +149,7 @@ class BinarySource {
 
     Where where() const { return in_.offset(); }
     double real_or_inf(const char* what) { return version_ == 1 ? static_cast<double>(in_.get<float>(what)) : in_.get<double>(what); }
+    double any_real(const char* what) { return real_or_inf(what); }
     double real(const char* what) {
         const Where start = where();
         const double value = real_or_inf(what);
@@ -394,6 +396,67 @@ std::vector<double> parse_sizes(Source in, std::optional<std::size_t> expected_c
     return *sizes;
 }
 
+/// Numbers per vertex of a kind of field; 0: unknown.
+int components_of(std::int64_t kind, int dimension) {
+    switch (kind) {
+        case 1:
+            return 1;
+        case 2:
+            return dimension;
+        case 3:
+            return dimension * (dimension + 1) / 2;
+        case 4:
+            return dimension * dimension;
+        default:
+            return 0;
+    }
+}
+
+template <class Source>
+std::vector<Field> read_fields(Source& in, std::size_t count, int dimension) {
+    const auto where = in.where();
+    const std::int64_t number = in.integer("the number of fields");
+    if (number < 1) in.fail_at(where, "the number of fields is " + std::to_string(number));
+    std::vector<Field> fields;
+    for (std::int64_t i = 0; i < number; ++i) {
+        const auto at = in.where();
+        const std::int64_t kind = in.integer("the kind of a field");
+        const int components = components_of(kind, dimension);
+        if (components == 0)
+            in.fail_at(at,
+                       "unknown kind of a field: " + std::to_string(kind) + "; known are 1 scalar, 2 vector, 3 symmetric matrix, 4 matrix");
+        fields.push_back({"", components});
+    }
+    // Memory grows with what is read: counts alone may promise more than the file holds.
+    for (std::size_t v = 0; v < count; ++v)
+        for (Field& field : fields)
+            for (int k = 0; k < field.components; ++k) field.values.push_back(in.any_real("a value"));
+    return fields;
+}
+
+template <class Source>
+std::vector<Field> parse_fields(Source in, std::optional<std::size_t> expected_count) {
+    std::optional<std::vector<Field>> fields;
+    int dimension = 3;
+    while (const std::optional<Keyword> keyword = in.keyword()) {
+        const auto where = in.where();
+        if (*keyword == Keyword::Dimension) {
+            dimension = read_dimension(in);
+        } else if (*keyword == Keyword::SolAtVertices) {
+            if (fields) in.fail_at(where, "a second SolAtVertices section");
+            const std::size_t count = in.count("the number of vertices", 1, 0);
+            if (expected_count && count != *expected_count)
+                in.fail_at(where,
+                           "holds values at " + std::to_string(count) + " vertices, but the mesh has " + std::to_string(*expected_count));
+            fields = read_fields(in, count, dimension);
+        } else {
+            in.fail_at(where, "holds a mesh, not a solution");
+        }
+    }
+    if (!fields) in.fail_at(in.where(), "has no SolAtVertices");
+    return *fields;
+}
+
 // Writing --------------------------------------------------------------------------------------------------------------
 
 constexpr std::string_view kTextHeader = "MeshVersionFormatted 2\nDimension 3\n";
@@ -452,6 +515,13 @@ std::vector<double> parse_sol(const std::string& path, std::string_view text, st
 }
 std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes, std::optional<std::size_t> expected_count) {
     return parse_sizes(BinarySource(path, bytes), expected_count);
+}
+
+std::vector<Field> parse_solution(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count) {
+    return parse_fields(TextSource(path, text), expected_count);
+}
+std::vector<Field> parse_solution_binary(const std::string& path, std::string_view bytes, std::optional<std::size_t> expected_count) {
+    return parse_fields(BinarySource(path, bytes), expected_count);
 }
 
 std::string medit_text(const TriangleSoup& soup) {

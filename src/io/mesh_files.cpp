@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
+#include <set>
 #include <stdexcept>
 
 #include "formats.hpp"
@@ -18,35 +20,42 @@ MeshData without_fields(const std::string& path, std::string_view contents, io::
     return {parse(path, contents)};
 }
 
+template <std::string (*text)(const TriangleSoup&)>
+std::string soup_only(const MeshData& data) {
+    return text(data.soup);
+}
+
 struct MeshFormat {
     const char* extension;
+    bool fields;
     MeshData (*parse)(const std::string& path, std::string_view contents, io::Fields fields);
-    std::string (*text)(const TriangleSoup&);
-    std::string (*binary)(const TriangleSoup&);
+    std::string (*text)(const MeshData&);
+    std::string (*binary)(const MeshData&);
 };
 
 /// Those that are only read have no functions for writing.
 constexpr MeshFormat kMeshFormats[] = {
-    {".mesh", without_fields<io::parse_medit>, io::medit_text, io::medit_text},
-    {".meshb", without_fields<io::parse_medit_binary>, io::medit_binary, io::medit_binary},
-    {".msh", io::parse_msh, io::msh_text, io::msh_text},
-    {".obj", without_fields<io::parse_obj>, io::obj_text, io::obj_text},
-    {".off", without_fields<io::parse_off>, io::off_text, io::off_text},
-    {".ply", io::parse_ply, io::ply_text, io::ply_binary},
-    {".stl", without_fields<io::parse_stl>, io::stl_text, io::stl_binary},
-    {".vtu", io::parse_vtk_xml, io::vtu_binary, io::vtu_binary},
-    {".vtp", io::parse_vtk_xml, nullptr, nullptr},
+    {".mesh", false, without_fields<io::parse_medit>, soup_only<io::medit_text>, soup_only<io::medit_text>},
+    {".meshb", false, without_fields<io::parse_medit_binary>, soup_only<io::medit_binary>, soup_only<io::medit_binary>},
+    {".msh", true, io::parse_msh, io::msh_text, io::msh_text},
+    {".obj", false, without_fields<io::parse_obj>, soup_only<io::obj_text>, soup_only<io::obj_text>},
+    {".off", false, without_fields<io::parse_off>, soup_only<io::off_text>, soup_only<io::off_text>},
+    {".ply", true, io::parse_ply, io::ply_text, io::ply_binary},
+    {".stl", false, without_fields<io::parse_stl>, soup_only<io::stl_text>, soup_only<io::stl_binary>},
+    {".vtu", true, io::parse_vtk_xml, io::vtu_binary, io::vtu_binary},
+    {".vtp", true, io::parse_vtk_xml, nullptr, nullptr},
 };
 
 struct SizeFormat {
     const char* extension;
     std::vector<double> (*parse)(const std::string& path, std::string_view contents, std::optional<std::size_t> expected_count);
+    std::vector<Field> (*parse_fields)(const std::string& path, std::string_view contents, std::optional<std::size_t> expected_count);
     std::string (*contents)(std::span<const double>);
 };
 
 constexpr SizeFormat kSizeFormats[] = {
-    {".sol", io::parse_sol, io::sol_text},
-    {".solb", io::parse_sol_binary, io::sol_binary},
+    {".sol", io::parse_sol, io::parse_solution, io::sol_text},
+    {".solb", io::parse_sol_binary, io::parse_solution_binary, io::sol_binary},
 };
 
 template <class Formats>
@@ -103,6 +112,29 @@ void io::check_writable(const char* function, const TriangleSoup& soup) {
     }
 }
 
+void io::check_writable(const char* function, const std::vector<Field>& fields, std::size_t count, const char* where) {
+    std::set<std::string> names;
+    for (const Field& field : fields) {
+        const std::string name = std::string(where) + " field '" + field.name + "'";
+        if (field.name.empty() || !names.insert(field.name).second) refuse(function, name + ": a name must be given, and once");
+        if (field.components < 1 || field.values.size() != count * static_cast<std::size_t>(field.components))
+            refuse(function, name + " has " + std::to_string(field.values.size()) + " numbers for " + std::to_string(count) + " times " +
+                                 std::to_string(field.components) + " components");
+    }
+}
+
+bool io::holds_integers(const Field& field) {
+    constexpr double kExact = 9007199254740992;  // 2^53
+    return field.integer &&
+           std::all_of(field.values.begin(), field.values.end(), [](double x) { return std::abs(x) <= kExact && x == std::trunc(x); });
+}
+
+std::vector<Field> io::cell_fields_of(const MeshData& data) {
+    std::vector<Field> fields = data.cell_fields;
+    if (!data.soup.labels.empty()) std::erase_if(fields, [](const Field& field) { return field.name == kLabelField; });
+    return fields;
+}
+
 TriangleSoup read_mesh(const std::string& path) {
     const MeshFormat& format = format_of(path, kMeshFormats);
     return format.parse(path, read_filled_file(path), io::Fields::Skipped).soup;
@@ -113,11 +145,54 @@ MeshData read_mesh_data(const std::string& path) {
     return format.parse(path, read_filled_file(path), io::Fields::Read);
 }
 
+std::vector<Field> read_solution(const std::string& path, std::optional<std::size_t> expected_count) {
+    const SizeFormat& format = format_of(path, kSizeFormats);
+    std::vector<Field> fields = format.parse_fields(path, read_filled_file(path), expected_count);
+    const std::string name = std::filesystem::path(path).stem().string();
+    for (std::size_t i = 0; i < fields.size(); ++i) fields[i].name = fields.size() == 1 ? name : name + "_" + std::to_string(i + 1);
+    return fields;
+}
+
+bool holds_fields(const std::string& path) {
+    const std::string extension = io::extension_of(path);
+    return std::any_of(std::begin(kMeshFormats), std::end(kMeshFormats), [&](const MeshFormat& format) {
+        return extension == format.extension && format.fields && format.binary != nullptr;
+    });
+}
+
+namespace {
+
+void write_as(const MeshFormat& format, const std::string& path, const MeshData& data, const WriteOptions& options) {
+    if (format.text == nullptr) throw IoError(path, 0, std::string("the format ") + format.extension + " is only read, not written");
+    write_file(path, options.ascii ? format.text(data) : format.binary(data));
+}
+
+}  // namespace
+
 void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOptions& options) {
     const MeshFormat& format = format_of(path, kMeshFormats);
-    if (format.text == nullptr) throw IoError(path, 0, std::string("the format ") + format.extension + " is only read, not written");
     io::check_writable("write_mesh", soup);
-    write_file(path, options.ascii ? format.text(soup) : format.binary(soup));
+    MeshData data{soup};
+    // meshio, for one, fails on numbers on the faces of a binary file: what did not ask for them gets none.
+    if (format.parse == io::parse_ply) data.soup.labels.clear();
+    write_as(format, path, data, options);
+}
+
+void write_mesh_data(const std::string& path, const MeshData& data, const WriteOptions& options) {
+    const MeshFormat& format = format_of(path, kMeshFormats);
+    io::check_writable("write_mesh_data", data.soup);
+    io::check_writable("write_mesh_data", data.point_fields, data.soup.points.size(), "point");
+    io::check_writable("write_mesh_data", data.cell_fields, data.soup.triangles.size(), "cell");
+    for (const auto* fields : {&data.point_fields, &data.cell_fields})
+        for (const Field& field : *fields) {
+            if (!format.fields)
+                throw IoError(path, 0, std::string("the format ") + format.extension + " holds no fields; .msh .ply .vtu do");
+            if (std::string_view(format.extension) == ".msh" && field.components > io::kMostComponents)
+                throw IoError(path, 0,
+                              "field '" + field.name + "' has " + std::to_string(field.components) + " components; .msh holds up to " +
+                                  std::to_string(io::kMostComponents));
+        }
+    write_as(format, path, data, options);
 }
 
 std::vector<double> read_sizes(const std::string& path, std::optional<std::size_t> expected_count) {

@@ -385,7 +385,6 @@ void Reader::read_element_blocks() {
 
 /// A row of values per thing that has some, not-a-number for the others.
 Field Reader::read_field(std::string_view section, const Numbering& rows_of, std::size_t rows) {
-    constexpr std::int64_t kMostComponents = 9;  // of a tensor
     Scanner& text = in_.text();
     Field field;
     const std::size_t strings = text.count("the number of names", 2);
@@ -396,6 +395,7 @@ Field Reader::read_field(std::string_view section, const Numbering& rows_of, std
         if (name.size() >= 2 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
         if (i == 0) field.name = name;
     }
+    if (field.name.empty()) field.name = "field";
     const std::size_t reals = text.count("the number of real tags", 1);
     for (std::size_t i = 0; i < reals; ++i) text.real("a real tag");
     text.at_end();
@@ -573,21 +573,60 @@ void write_elements(TextWriter& out, const TriangleSoup& soup, const std::vector
 
 MeshData parse_msh(const std::string& path, std::string_view contents, Fields fields) { return Reader(path, contents, fields).read(); }
 
-std::string msh_text(const TriangleSoup& soup) {
+namespace {
+
+/// Head of a section of values.
+void begin_data(TextWriter& out, std::string_view section, std::string_view name, int components, std::size_t count) {
+    std::string line(name);
+    std::replace_if(
+        line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+    out << '$' << section << "\n1\n\"" << line << "\"\n1\n0\n3\n0\n" << components << '\n' << count << '\n';
+}
+
+void write_row(TextWriter& out, std::size_t number, std::span<const double> values) {
+    out << number;
+    for (const double x : values) out << ' ' << x;
+    out << '\n';
+}
+
+void write_node_data(TextWriter& out, std::string_view name, int components, std::span<const double> values) {
+    const auto n = static_cast<std::size_t>(components);
+    begin_data(out, "NodeData", name, components, values.size() / n);
+    for (std::size_t i = 0; i < values.size() / n; ++i) write_row(out, i + 1, values.subspan(i * n, n));
+    out << "$EndNodeData\n";
+}
+
+/// In the order of write_elements, edges too: some readers (meshio) pass over the numbers.
+void write_element_data(TextWriter& out, const TriangleSoup& soup, const std::vector<Surface>& surfaces, const Field& field) {
+    const auto n = static_cast<std::size_t>(field.components);
+    begin_data(out, "ElementData", field.name, field.components, soup.edges.size() + soup.triangles.size());
+    const std::vector<double> none(n, std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t e = 1; e <= soup.edges.size(); ++e) write_row(out, soup.triangles.size() + e, none);
+    for (const Surface& surface : surfaces)
+        for (const std::size_t t : surface.triangles) write_row(out, t + 1, std::span(field.values).subspan(t * n, n));
+    out << "$EndElementData\n";
+}
+
+}  // namespace
+
+std::string msh_text(const TriangleSoup& soup) { return msh_text(MeshData{soup}); }
+
+std::string msh_text(const MeshData& data) {
+    const TriangleSoup& soup = data.soup;
     TextWriter out(80 * soup.points.size() + 40 * soup.triangles.size() + 40 * soup.edges.size() + 1024);
     const std::vector<Surface> surfaces = surfaces_of(soup);
     out << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
     write_entities(out, soup, surfaces);
     write_nodes(out, soup, surfaces.front());
     write_elements(out, soup, surfaces);
+    for (const Field& field : data.point_fields) write_node_data(out, field.name, field.components, field.values);
+    for (const Field& field : cell_fields_of(data)) write_element_data(out, soup, surfaces, field);
     return out.take();
 }
 
 std::string msh_node_data(std::string_view name, std::span<const double> values) {
     TextWriter out(32 * values.size() + 128);
-    out << "$NodeData\n1\n\"" << name << "\"\n1\n0\n3\n0\n1\n" << values.size() << '\n';
-    for (std::size_t i = 0; i < values.size(); ++i) out << i + 1 << ' ' << values[i] << '\n';
-    out << "$EndNodeData\n";
+    write_node_data(out, name, 1, values);
     return out.take();
 }
 

@@ -1,8 +1,11 @@
 // Stanford PLY: text and binary of both byte orders, properties of any type in any order, further elements passed over.
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 
 #include "bytes.hpp"
 #include "formats.hpp"
@@ -30,20 +33,29 @@ std::size_t size_of(Type type) { return kTypes[static_cast<int>(type)].size; }
 bool is_integer(Type type) { return type != Type::Float && type != Type::Double; }
 
 /// What the reader does with a property.
-enum class Use { None, X, Y, Z, Corners, Field };
+enum class Use { None, X, Y, Z, Corners, Label, Field };
 
 struct Property {
     Type type = Type::Float;
     std::optional<Type> count;  ///< type of the length of a list
     Use use = Use::None;
-    std::size_t field = 0;  ///< if it is used as one: which of the element
+    std::optional<std::size_t> field = {};  ///< of the element, that its values are
 };
+
+/// Properties that a comment declares to be the components of one field.
+struct Group {
+    std::size_t first = 0;  ///< scalar field
+    std::size_t components = 1;
+    std::string name;
+};
+constexpr std::string_view kGroup = "gradus field ";  ///< then the number of components, and the name
 
 struct Element {
     std::string name;
     std::size_t count = 0;
     std::vector<Property> properties;
-    std::vector<Field> fields;  ///< without values
+    std::vector<Field> fields;  ///< without values, one for each property
+    std::vector<Group> groups;
 };
 
 struct Header {
@@ -64,8 +76,9 @@ Type read_type(Scanner& in) {
 
 Use use_of(const Element& element, std::string_view property) {
     if (element.name == "vertex") return property == "x" ? Use::X : property == "y" ? Use::Y : property == "z" ? Use::Z : Use::None;
-    const bool corners = element.name == "face" && (property == "vertex_indices" || property == "vertex_index");
-    return corners ? Use::Corners : Use::None;
+    if (element.name != "face") return Use::None;
+    if (property == kLabelField) return Use::Label;
+    return property == "vertex_indices" || property == "vertex_index" ? Use::Corners : Use::None;
 }
 
 void read_property(Scanner& in, Element& element, Fields fields) {
@@ -80,19 +93,36 @@ void read_property(Scanner& in, Element& element, Fields fields) {
     property.type = read_type(in);
     const std::string_view name = in.word("the name of a property");
     property.use = use_of(element, name);
+    if (property.use == Use::Label && (property.count || !is_integer(property.type))) property.use = Use::None;
     const bool fits = property.use == Use::None || (property.use == Use::Corners) == property.count.has_value();
     if (!fits || (property.use == Use::Corners && !is_integer(property.type)))
         in.fail_at(where, "coordinates must be scalars, and the corners of a face a list of integers");
     for (const Property& other : element.properties)
         if (other.use == property.use && other.use != Use::None && other.use != Use::Field)
-            in.fail_at(where, "a coordinate or the corners of a face come twice");
-    const bool rides_along = property.use == Use::None && !property.count && (element.name == "vertex" || element.name == "face");
-    if (fields == Fields::Read && rides_along) {
-        property.use = Use::Field;
+            in.fail_at(where, "a coordinate, the corners or the label of a face come twice");
+    const bool rides_along = (property.use == Use::None || property.use == Use::Label) && !property.count &&
+                             (element.name == "vertex" || element.name == "face");
+    const bool is_new = std::none_of(element.fields.begin(), element.fields.end(), [&](const Field& field) { return field.name == name; });
+    if (fields == Fields::Read && rides_along && is_new) {
+        if (property.use == Use::None) property.use = Use::Field;
         property.field = element.fields.size();
-        element.fields.push_back({std::string(name)});
+        element.fields.push_back({std::string(name), 1, {}, is_integer(property.type)});
     }
     element.properties.push_back(property);
+}
+
+/// A comment may say that the properties after it are one field.
+void read_group(std::string_view comment, Element& element) {
+    while (!comment.empty() && is_space(comment.front())) comment.remove_prefix(1);
+    while (!comment.empty() && is_space(comment.back())) comment.remove_suffix(1);
+    if (!comment.starts_with(kGroup)) return;
+    comment.remove_prefix(kGroup.size());
+    Group group{element.fields.size(), 0, ""};
+    const auto [end, error] = std::from_chars(comment.data(), comment.data() + comment.size(), group.components);
+    const auto digits = static_cast<std::size_t>(end - comment.data());
+    if (error != std::errc{} || group.components < 1 || digits + 1 >= comment.size() || comment[digits] != ' ') return;
+    group.name = comment.substr(digits + 1);
+    element.groups.push_back(std::move(group));
 }
 
 Encoding read_encoding(Scanner& in) {
@@ -140,6 +170,10 @@ Header read_header(Scanner& in, Fields fields) {
         const char* where = in.position();
         const std::string_view word = in.word("a header line");
         if (word == "end_header") break;
+        if (word == "comment" && !header.elements.empty()) {
+            read_group(in.line(), header.elements.back());
+            continue;
+        }
         if (word == "comment" || word == "obj_info") {
             in.next_line();
             continue;
@@ -278,6 +312,37 @@ void add_values(std::vector<Field>& fields, const std::vector<double>& at, std::
     for (std::size_t i = 0; i < fields.size(); ++i) fields[i].values.insert(fields[i].values.end(), repeats, at[i]);
 }
 
+/// Fields of one component each, those of a group made one.
+std::vector<Field> joined(std::vector<Field> fields, const std::vector<Group>& groups) {
+    std::vector<Field> result;
+    auto group = groups.begin();
+    for (std::size_t i = 0; i < fields.size();) {
+        while (group != groups.end() && group->first < i) ++group;
+        const bool starts = group != groups.end() && group->first == i && group->components <= fields.size() - i;
+        const std::size_t n = starts ? group->components : 1;
+        if (n == 1) {
+            if (starts) fields[i].name = group->name;
+            result.push_back(std::move(fields[i++]));
+            continue;
+        }
+        Field& field = result.emplace_back(Field{group->name, static_cast<int>(n), std::vector<double>(n * fields[i].values.size()), true});
+        for (std::size_t k = 0; k < n; ++k, ++i) {
+            field.integer = field.integer && fields[i].integer;
+            for (std::size_t row = 0; row < fields[i].values.size(); ++row) field.values[n * row + k] = fields[i].values[row];
+            fields[i].values = {};
+        }
+    }
+    return result;
+}
+
+template <class Body>
+int read_label(Body& in, Type type) {
+    const auto where = in.where();
+    const std::int64_t label = in.integer(type);
+    if (label != static_cast<int>(label)) in.fail_at(where, "label " + std::to_string(label) + " is out of range");
+    return static_cast<int>(label);
+}
+
 template <class Body>
 MeshData read_body(Body in, const Header& header) {
     MeshData data;
@@ -293,6 +358,7 @@ MeshData read_body(Body in, const Header& header) {
         for (std::size_t i = 0; i < element.count; ++i) {
             Eigen::Vector3d point(0, 0, 0);
             const std::size_t first_triangle = soup.triangles.size();
+            std::optional<int> label;
             for (const Property& property : element.properties) {
                 switch (property.use) {
                     case Use::X:
@@ -307,8 +373,12 @@ MeshData read_body(Body in, const Header& header) {
                     case Use::Corners:
                         read_corners(in, property, soup, largest);
                         break;
+                    case Use::Label:
+                        label = read_label(in, property.type);
+                        if (property.field) values[*property.field] = *label;
+                        break;
                     case Use::Field:
-                        values[property.field] = in.any_real(property.type);
+                        values[*property.field] = in.any_real(property.type);
                         break;
                     case Use::None:
                         skip_property(in, property);
@@ -316,10 +386,11 @@ MeshData read_body(Body in, const Header& header) {
                 }
             }
             if (element.name == "vertex") soup.points.push_back(point);
+            if (label) soup.labels.resize(soup.triangles.size(), *label);
             add_values(fields, values, element.name == "vertex" ? 1 : soup.triangles.size() - first_triangle);
         }
-        if (element.name == "vertex") data.point_fields = std::move(fields);
-        if (element.name == "face") data.cell_fields = std::move(fields);
+        if (element.name == "vertex") data.point_fields = joined(std::move(fields), element.groups);
+        if (element.name == "face") data.cell_fields = joined(std::move(fields), element.groups);
     }
     in.finish();
     if (largest.index >= static_cast<std::int64_t>(soup.points.size()))
@@ -328,10 +399,94 @@ MeshData read_body(Body in, const Header& header) {
     return data;
 }
 
-void write_header(TextWriter& out, const TriangleSoup& soup, std::string_view format) {
-    out << "ply\nformat " << format << " 1.0\nelement vertex " << soup.points.size()
-        << "\nproperty double x\nproperty double y\nproperty double z\nelement face " << soup.triangles.size()
-        << "\nproperty list uchar int vertex_indices\nend_header\n";
+/// A column of numbers to write.
+struct Column {
+    std::string property;
+    Type type = Type::Double;
+    const Field* field;
+    std::size_t component;
+
+    double value(std::size_t i) const { return field->values[i * static_cast<std::size_t>(field->components) + component]; }
+};
+
+struct Columns {
+    std::vector<Column> all;
+    std::string header;
+};
+
+Type type_of(const Field& field) {
+    if (!holds_integers(field)) return Type::Double;
+    const auto within = [&](double low, double high) {
+        return std::all_of(field.values.begin(), field.values.end(), [&](double x) { return x >= low && x <= high; });
+    };
+    if (within(0, 255)) return Type::UInt8;
+    return within(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()) ? Type::Int32 : Type::Double;
+}
+
+/// @param taken  names of other properties of the element
+Columns columns_of(const std::vector<Field>& fields, std::set<std::string> taken) {
+    Columns columns;
+    for (const Field& field : fields) {
+        std::string word = field.name, name = field.name;
+        std::replace_if(
+            word.begin(), word.end(), [](char c) { return c <= ' ' || c > '~'; }, '_');
+        std::replace_if(
+            name.begin(), name.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+        std::string properties;
+        bool renamed = field.components > 1;
+        for (int k = 0; k < field.components; ++k) {
+            std::string property = field.components == 1 ? word : word + "_" + std::to_string(k);
+            while (!taken.insert(property).second) property += '_';
+            renamed = renamed || property != field.name;
+            const Type type = type_of(field);
+            properties.append("property ").append(kTypes[static_cast<int>(type)].name).append(" ").append(property).append("\n");
+            columns.all.push_back({property, type, &field, static_cast<std::size_t>(k)});
+        }
+        if (renamed)
+            columns.header.append("comment ").append(kGroup).append(std::to_string(field.components)).append(" ").append(name).append("\n");
+        columns.header += properties;
+    }
+    return columns;
+}
+
+/// What is written of a mesh, and how.
+struct Layout {
+    std::vector<Field> cell_fields;
+    Columns vertex, face;
+
+    explicit Layout(const MeshData& data)
+        : cell_fields(cell_fields_of(data)),
+          vertex(columns_of(data.point_fields, {"x", "y", "z"})),
+          face(columns_of(cell_fields, {"vertex_indices", "vertex_index", std::string(kLabelField)})) {}
+    Layout(const Layout&) = delete;
+    Layout& operator=(const Layout&) = delete;
+
+    std::string header(const TriangleSoup& soup, std::string_view format) const {
+        TextWriter out(512 + vertex.header.size() + face.header.size());
+        out << "ply\nformat " << format << " 1.0\nelement vertex " << soup.points.size()
+            << "\nproperty double x\nproperty double y\nproperty double z\n"
+            << vertex.header << "element face " << soup.triangles.size() << "\nproperty list uchar int vertex_indices\n";
+        if (!soup.labels.empty()) out << "property int " << kLabelField << '\n';
+        out << face.header << "end_header\n";
+        return out.take();
+    }
+};
+
+void append_values(TextWriter& out, const Columns& columns, std::size_t i) {
+    for (const Column& column : columns.all) {
+        out << ' ';
+        if (column.type == Type::Double) out << column.value(i);
+        else out << static_cast<int>(column.value(i));
+    }
+}
+
+void append_values(std::string& bytes, const Columns& columns, std::size_t i) {
+    for (const Column& column : columns.all) {
+        const double value = column.value(i);
+        if (column.type == Type::UInt8) append_bytes(bytes, static_cast<std::uint8_t>(value));
+        else if (column.type == Type::Int32) append_bytes(bytes, static_cast<std::int32_t>(value));
+        else append_bytes(bytes, value);
+    }
 }
 
 }  // namespace
@@ -346,23 +501,43 @@ MeshData parse_ply(const std::string& path, std::string_view contents, Fields fi
     return read_body(BinaryBody(bytes), header);
 }
 
-std::string ply_text(const TriangleSoup& soup) {
-    TextWriter out(64 * soup.points.size() + 32 * soup.triangles.size() + 256);
-    write_header(out, soup, "ascii");
-    for (const Eigen::Vector3d& p : soup.points) out << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
-    for (const auto& [a, b, c] : soup.triangles) out << "3 " << a << ' ' << b << ' ' << c << '\n';
+std::string ply_text(const MeshData& data) {
+    const TriangleSoup& soup = data.soup;
+    const Layout layout(data);
+    TextWriter out((64 + 20 * layout.vertex.all.size()) * soup.points.size() + (40 + 20 * layout.face.all.size()) * soup.triangles.size() +
+                   1024);
+    out << layout.header(soup, "ascii");
+    for (std::size_t v = 0; v < soup.points.size(); ++v) {
+        const Eigen::Vector3d& p = soup.points[v];
+        out << p[0] << ' ' << p[1] << ' ' << p[2];
+        append_values(out, layout.vertex, v);
+        out << '\n';
+    }
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+        const auto& [a, b, c] = soup.triangles[t];
+        out << "3 " << a << ' ' << b << ' ' << c;
+        if (!soup.labels.empty()) out << ' ' << soup.labels[t];
+        append_values(out, layout.face, t);
+        out << '\n';
+    }
     return out.take();
 }
 
-std::string ply_binary(const TriangleSoup& soup) {
-    TextWriter out(24 * soup.points.size() + 13 * soup.triangles.size() + 256);
-    write_header(out, soup, "binary_little_endian");
-    std::string bytes = out.take();
-    for (const Eigen::Vector3d& p : soup.points)
-        for (int i = 0; i < 3; ++i) append_bytes(bytes, p[i]);
-    for (const Triangle& triangle : soup.triangles) {
+std::string ply_binary(const MeshData& data) {
+    const TriangleSoup& soup = data.soup;
+    const Layout layout(data);
+    std::string bytes = layout.header(soup, "binary_little_endian");
+    bytes.reserve(bytes.size() + (24 + 8 * layout.vertex.all.size()) * soup.points.size() +
+                  (17 + 8 * layout.face.all.size()) * soup.triangles.size());
+    for (std::size_t v = 0; v < soup.points.size(); ++v) {
+        for (int i = 0; i < 3; ++i) append_bytes(bytes, soup.points[v][i]);
+        append_values(bytes, layout.vertex, v);
+    }
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
         append_bytes(bytes, std::uint8_t{3});
-        for (const int vertex : triangle) append_bytes(bytes, std::int32_t{vertex});
+        for (const int vertex : soup.triangles[t]) append_bytes(bytes, std::int32_t{vertex});
+        if (!soup.labels.empty()) append_bytes(bytes, std::int32_t{soup.labels[t]});
+        append_values(bytes, layout.face, t);
     }
     return bytes;
 }

@@ -103,6 +103,28 @@ Json json_of(const NormalReport& n) {
             {"worst", json_of(n.worst, "triangle")}};
 }
 
+Json json_of(const OneSidedDistance& d) {
+    return {{"largest", d.largest}, {"bound", d.bound}, {"at", {d.point.x(), d.point.y(), d.point.z()}}};
+}
+
+Json json_of(const HausdorffReport& h) {
+    return {{"diagonal", h.diagonal},
+            {"largest", h.largest()},
+            {"bound", h.bound()},
+            {"relative_bound", h.relative_bound()},
+            {"at", {h.point().x(), h.point().y(), h.point().z()}},
+            {"from_mesh", json_of(h.from_mesh)},
+            {"from_reference", json_of(h.from_reference)}};
+}
+
+Json json_of(const ReferenceReport& r, const TopologyReport& mesh) {
+    const auto number = [](const std::optional<long long>& n) { return n ? Json(*n) : Json(nullptr); };
+    Json compared = Json::array();
+    for (const TopologyComparison& c : compare(mesh, r.topology))
+        compared.push_back({{"name", c.name}, {"mesh", number(c.mesh)}, {"reference", number(c.reference)}, {"same", c.same()}});
+    return {{"hausdorff", json_of(r.hausdorff)}, {"topology", json_of(r.topology)}, {"compared", compared}};
+}
+
 template <class Part>
 Json json_of(const std::optional<Part>& part) {
     return part ? json_of(*part) : Json(nullptr);
@@ -119,6 +141,7 @@ std::string to_json(const MeshReport& report, int indent) {
                     {"gradation", json_of(report.gradation)},
                     {"distance", json_of(report.distance)},
                     {"normals", json_of(report.normals)},
+                    {"reference", report.reference ? json_of(*report.reference, report.topology) : Json(nullptr)},
                     {"stages", stages}};
     return json.dump(indent);
 }

@@ -625,7 +625,7 @@ class Reader {
         for (const DataArray& array : arrays) {
             const bool twice = std::any_of(read.begin(), read.end(), [&](const Field& field) { return field.name == array.name; });
             if (!Arrays::is_known(array) || array.name.empty() || twice) continue;
-            Field field{array.name, array.components, arrays_.reals(array)};
+            Field field{array.name, array.components, arrays_.reals(array), Arrays::is_integer(array)};
             check_size(array, field.values.size(), count * static_cast<std::size_t>(array.components));
             read.push_back(std::move(field));
         }

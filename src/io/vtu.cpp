@@ -1,5 +1,6 @@
 #include "gradus/io/vtu.hpp"
 
+#include <limits>
 #include <set>
 #include <stdexcept>
 
@@ -61,6 +62,22 @@ void add_fields(Arrays& arrays, const char* where, const std::vector<VtuField>& 
     arrays.xml += std::string("</") + where + ">\n";
 }
 
+/// @param others  cells behind those with values
+void add_field(Arrays& arrays, const Field& field, std::size_t others) {
+    const std::size_t missing = others * static_cast<std::size_t>(field.components);
+    const bool integers = io::holds_integers(field);
+    arrays.open(integers ? "Int64" : "Float64", field.name, field.components, 8 * (field.values.size() + missing));
+    for (const double value : field.values) integers ? arrays.append(static_cast<std::int64_t>(value)) : arrays.append(value);
+    for (std::size_t i = 0; i < missing; ++i)
+        integers ? arrays.append(std::int64_t{0}) : arrays.append(std::numeric_limits<double>::quiet_NaN());
+}
+
+void add_labels(Arrays& arrays, const TriangleSoup& soup) {
+    arrays.open("Int32", std::string(io::kLabelField), 1, 4 * (soup.triangles.size() + soup.edges.size()));
+    for (const int label : soup.labels) arrays.append(std::int32_t{label});
+    for (std::size_t e = 0; e < soup.edges.size(); ++e) arrays.append(std::int32_t{0});
+}
+
 void add_points(Arrays& arrays, std::span<const Eigen::Vector3d> points) {
     arrays.xml += "<Points>\n";
     arrays.open("Float64", "Points", 3, 24 * points.size());
@@ -102,14 +119,24 @@ std::string file_of(Arrays& arrays) {
 
 }  // namespace
 
-std::string io::vtu_binary(const TriangleSoup& soup) {
-    Arrays arrays(24 * soup.points.size() + 25 * (soup.triangles.size() + soup.edges.size()) + 4096);
-    arrays.xml = head_of(soup.points.size(), soup.triangles.size() + soup.edges.size());
-    if (!soup.labels.empty()) {
+std::string io::vtu_binary(const MeshData& data) {
+    const TriangleSoup& soup = data.soup;
+    const std::size_t cells = soup.triangles.size() + soup.edges.size();
+    const std::vector<Field> cell_fields = cell_fields_of(data);
+    std::size_t numbers = 0;
+    for (const auto* fields : {&data.point_fields, &cell_fields})
+        for (const Field& field : *fields) numbers += field.values.size();
+    Arrays arrays(24 * soup.points.size() + 25 * cells + 8 * numbers + 4096);
+    arrays.xml = head_of(soup.points.size(), cells);
+    if (!data.point_fields.empty()) {
+        arrays.xml += "<PointData>\n";
+        for (const Field& field : data.point_fields) add_field(arrays, field, 0);
+        arrays.xml += "</PointData>\n";
+    }
+    if (!soup.labels.empty() || !cell_fields.empty()) {
         arrays.xml += "<CellData>\n";
-        arrays.open("Int32", std::string(kLabelField), 1, 4 * (soup.triangles.size() + soup.edges.size()));
-        for (const int label : soup.labels) arrays.append(std::int32_t{label});
-        for (std::size_t e = 0; e < soup.edges.size(); ++e) arrays.append(std::int32_t{0});
+        for (const Field& field : cell_fields) add_field(arrays, field, soup.edges.size());
+        if (!soup.labels.empty()) add_labels(arrays, soup);
         arrays.xml += "</CellData>\n";
     }
     add_points(arrays, soup.points);

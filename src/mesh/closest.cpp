@@ -92,6 +92,26 @@ void ClosestTriangle::descend(int index, const Eigen::Vector3d& p, double& squar
     if (std::max(to_left, to_right) <= squared) descend(left_first ? right : left, p, squared, triangle);
 }
 
+std::vector<int> ClosestTriangle::within(const Eigen::Vector3d& p, double distance) const {
+    std::vector<int> found, left{0};
+    while (!left.empty()) {
+        const int index = left.back();
+        const Node& node = nodes_[index];
+        left.pop_back();
+        if (node.box.squared_distance(p) > distance * distance) continue;
+        if (node.right >= 0) {
+            left.insert(left.end(), {index + 1, node.right});
+            continue;
+        }
+        for (int i = node.first; i < node.last; ++i) {
+            const Triangle& v = triangles_[chosen_[i]];
+            if ((closest_point(p, points_[v[0]], points_[v[1]], points_[v[2]]) - p).norm() <= distance) found.push_back(chosen_[i]);
+        }
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
 ClosestTriangle::Hit ClosestTriangle::closest(const Eigen::Vector3d& p, int near) const {
     double squared = std::numeric_limits<double>::infinity();
     int triangle = -1;

@@ -523,6 +523,7 @@ Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
     log_vertices(soup, place, vertices, log);
 
     Repaired result;
+    result.point_source = vertices.source;
     for (const int v : vertices.source) {
         const Eigen::Vector3d &own = soup.points[v], &common = soup.points[place[v]];
         result.soup.points.push_back(own == common ? own : common);
@@ -535,10 +536,28 @@ Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
             if (std::exchange(last_turned, pieces[i].source) != pieces[i].source) log.add(RepairKind::TurnedTriangles, {pieces[i].source});
         }
         result.soup.triangles.push_back(triangle);
+        result.triangle_source.push_back(pieces[i].source);
         if (!soup.labels.empty()) result.soup.labels.push_back(soup.labels[pieces[i].source]);
     }
     Followers(soup, pieces, place, vertices, images, splits, log).follow(result.soup);
     result.steps = log.steps();
+    return result;
+}
+
+std::vector<Field> follow(std::span<const Field> fields, std::span<const int> source) {
+    std::vector<Field> result;
+    for (const Field& field : fields) {
+        const auto n = static_cast<std::size_t>(field.components);
+        Field& to = result.emplace_back(Field{field.name, field.components, {}, field.integer});
+        to.values.reserve(n * source.size());
+        for (const int item : source) {
+            const std::size_t first = n * static_cast<std::size_t>(item);
+            if (item < 0 || first + n > field.values.size())
+                throw std::invalid_argument("follow: field '" + field.name + "' has no values for " + std::to_string(item));
+            to.values.insert(to.values.end(), field.values.begin() + static_cast<std::ptrdiff_t>(first),
+                             field.values.begin() + static_cast<std::ptrdiff_t>(first + n));
+        }
+    }
     return result;
 }
 

@@ -130,6 +130,24 @@ void append_surface(std::string& text, const MeshReport& report) {
     }
 }
 
+void append_reference(std::string& text, const MeshReport& report) {
+    if (!report.reference) return;
+    const HausdorffReport& h = report.reference->hausdorff;
+    const auto side = [&](const char* name, const OneSidedDistance& d) {
+        text += fmt::format("  {:<22}{:>11.4g} at {:.6g} {:.6g} {:.6g}, nowhere above {:.4g}\n", name, d.largest, d.point.x(), d.point.y(),
+                            d.point.z(), d.bound);
+    };
+    text += fmt::format("Hausdorff distance to the reference: {:.4g} at most, {:.3g} of its diagonal\n", h.bound(), h.relative_bound());
+    side("from mesh to reference", h.from_mesh);
+    side("from reference to mesh", h.from_reference);
+    text += fmt::format("topology against the reference{}\n",
+                        report.reference->topology.oriented_manifold() ? "" : ", which is NOT an oriented manifold");
+    const auto number = [](const std::optional<long long>& n) { return n ? std::to_string(*n) : "-"; };
+    for (const TopologyComparison& c : compare(report.topology, report.reference->topology))
+        text += fmt::format("  {:<22}{:>11} {:<7} ({} in the reference)\n", c.name, number(c.mesh), c.same() ? "same" : "differs",
+                            number(c.reference));
+}
+
 void append_histograms(std::string& text, const MeshReport& report) {
     const ShapeReport& s = report.shape;
     text += '\n';
@@ -155,6 +173,10 @@ MeshReport measure(const MeshView& mesh, const MeasureOptions& options) {
         const PlacedMesh placed{mesh, options.places, options.patches};
         report.distance = measure_distance(*options.model, placed, edges, {.worst = options.worst});
         report.normals = measure_normals(*options.model, placed, {.worst = options.worst});
+    } else if (options.reference) {
+        report.distance = options.reference->measure_distance(mesh, edges, {.worst = options.worst});
+        report.normals = options.reference->measure_normals(mesh, {.worst = options.worst});
+        report.reference = options.reference->measure(mesh);
     }
     return report;
 }
@@ -166,6 +188,7 @@ std::string to_text(const MeshReport& report) {
     if (report.edges) append_edges(text, *report.edges);
     append_gradation(text, report.gradation);
     append_surface(text, report);
+    append_reference(text, report);
     append_histograms(text, report);
     if (!report.stages.empty()) text += "\ntime\n";
     for (const auto& [name, seconds] : report.stages) text += fmt::format("  {:<30}{:>9.3f} s\n", name, seconds);

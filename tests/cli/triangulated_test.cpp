@@ -1,6 +1,7 @@
 // The program on triangulations: chord errors that are kept and proved, size maps, repair, and refusals.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "gradus/io/input_file.hpp"
 #include "gradus/io/mesh_files.hpp"
@@ -172,4 +173,190 @@ TEST_CASE("remesh of a triangulation is the same for any number of threads, and 
     CHECK(curves("") == 3);
     CHECK(curves("--no-label-borders") == 2);
     CHECK(curves("--no-label-borders --feature-angle 170") == 0);
+}
+
+namespace {
+
+// The tin with a linear field on points, a vector, and a material on triangles: 3 below z = 1, 8 above.
+MeshData tin_with_fields() {
+    MeshData data{tin()};
+    Field height{"height"}, place{"place", 3}, material{"material", 1, {}, true};
+    for (const Eigen::Vector3d& p : data.soup.points) {
+        height.values.push_back(1 + 2 * p.z());
+        place.values.insert(place.values.end(), p.begin(), p.end());
+    }
+    for (const Triangle& t : data.soup.triangles) {
+        const double z = data.soup.points[t[0]].z() + data.soup.points[t[1]].z() + data.soup.points[t[2]].z();
+        data.soup.labels.push_back(z < 3 ? 3 : 8);
+        material.values.push_back(data.soup.labels.back() + 100);
+    }
+    data.point_fields = {height, place};
+    data.cell_fields = {material};
+    return data;
+}
+
+const Field& field_called(const std::vector<Field>& fields, const std::string& name) {
+    for (const Field& field : fields)
+        if (field.name == name) return field;
+    throw std::invalid_argument("no field " + name);
+}
+
+void check_carried(const MeshData& out) {
+    const Field &height = field_called(out.point_fields, "height"), &place = field_called(out.point_fields, "place");
+    REQUIRE(height.values.size() == out.soup.points.size());
+    CHECK(place.components == 3);
+    for (std::size_t v = 0; v < out.soup.points.size(); ++v) {
+        const Eigen::Vector3d at(place.values[3 * v], place.values[3 * v + 1], place.values[3 * v + 2]);
+        // The tin is of 60 sides: the mesh is on a round one.
+        CHECK((at - out.soup.points[v]).norm() < 0.01);
+        CHECK(height.values[v] == Approx(1 + 2 * at.z()).margin(1e-12));
+    }
+    const Field& material = field_called(out.cell_fields, "material");
+    for (std::size_t t = 0; t < out.soup.triangles.size(); ++t) {
+        const Triangle& v = out.soup.triangles[t];
+        const double z = (out.soup.points[v[0]] + out.soup.points[v[1]] + out.soup.points[v[2]]).z() / 3;
+        CHECK(material.values[t] == (z < 1 ? 103 : 108));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("remesh carries fields to the formats that hold them, and names the outputs that do not", "[cli]") {
+    const TemporaryFolder folder;
+    const std::string in = GENERATE("in.vtu", "in.ply", "in.msh");
+    CAPTURE(in);
+    write_mesh_data(folder / in, tin_with_fields());
+    const Outcome outcome = run(folder, "remesh " + in + " -o out.vtu -o out.ply -o out.msh -o out.mesh -o out.obj --hmax 0.2");
+    CAPTURE(outcome.out, outcome.err);
+    REQUIRE(outcome.code == 0);
+    CHECK_THAT(outcome.out,
+               Catch::Contains("fields: height, place (3) on points; material on triangles, carried to out.vtu out.ply out.msh\n"));
+    CHECK_THAT(outcome.out, Catch::Contains("fields: out.mesh out.obj cannot hold these 3 fields; .msh .ply .vtu can\n"));
+    for (const char* out : {"out.vtu", "out.ply", "out.msh"}) {
+        CAPTURE(out);
+        const MeshData data = read_mesh_data(folder / out);
+        check_carried(data);
+        REQUIRE(data.soup.labels.size() == data.soup.triangles.size());
+        CHECK(std::set<int>(data.soup.labels.begin(), data.soup.labels.end()) == std::set<int>{3, 8});
+    }
+    CHECK(read_mesh(folder / "out.mesh").triangles.size() == read_mesh(folder / "out.vtu").triangles.size());
+
+    SECTION("once more, fields of the mesh's own are its own") {
+        const Outcome again = run(folder, "remesh out.vtu -o again.vtu --hmax 0.3 --json");
+        REQUIRE(again.code == 0);
+        const json fields = json::parse(again.out)["fields"];
+        CHECK(fields["points"] == json::parse(R"([{"name": "height", "components": 1}, {"name": "place", "components": 3}])"));
+        CHECK(fields["cells"] == json::parse(R"([{"name": "material", "components": 1}])"));
+        CHECK(fields["carried_to"] == json::parse(R"(["again.vtu"])"));
+        CHECK(fields["left_behind"] == json::parse(R"(["size", "shock", "quality"])"));
+        const MeshData data = read_mesh_data(folder / "again.vtu");
+        CHECK(data.point_fields.size() == 4);
+        CHECK(data.soup.labels.size() == data.soup.triangles.size());
+        check_carried(data);
+    }
+    SECTION("info names them") {
+        CHECK_THAT(run(folder, "info out.ply").out, Catch::Contains("fields on points: height, place (3)\n"));
+        CHECK(json::parse(run(folder, "info out.ply --json").out)["point_fields"][1]["components"] == 3);
+    }
+}
+
+TEST_CASE("remesh carries solutions at the vertices, also through a repair", "[cli]") {
+    const TemporaryFolder folder;
+    // Every triangle with vertices of its own, and one that is a copy.
+    const TriangleSoup whole = tin();
+    TriangleSoup loose;
+    std::string text = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n" + std::to_string(3 * whole.triangles.size()) + "\n2 1 2\n";
+    for (const Triangle& t : whole.triangles) {
+        const int first = static_cast<int>(loose.points.size());
+        loose.triangles.push_back({first, first + 1, first + 2});
+        for (const int v : t) {
+            const Eigen::Vector3d& p = whole.points[v];
+            loose.points.push_back(p);
+            text +=
+                std::to_string(4 - p.z()) + " " + std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+        }
+    }
+    loose.triangles.insert(loose.triangles.begin(), loose.triangles[5]);
+    write_mesh(folder / "in.off", loose);
+    support::spill(folder / "wind.sol", text + "End\n");
+    const Outcome outcome = run(folder, "remesh in.off --repair --field wind.sol -o out.ply --hmax 0.2");
+    CAPTURE(outcome.out, outcome.err);
+    REQUIRE(outcome.code == 0);
+    const MeshData out = read_mesh_data(folder / "out.ply");
+    REQUIRE(out.point_fields.size() == 2);
+    CHECK(out.point_fields[0].name == "wind_1");
+    CHECK(out.point_fields[1].components == 3);
+    for (std::size_t v = 0; v < out.soup.points.size(); ++v) {
+        CHECK(out.point_fields[0].values[v] == Approx(4 - out.soup.points[v].z()).margin(0.01));
+        CHECK((Eigen::Vector3d(out.point_fields[1].values[3 * v], out.point_fields[1].values[3 * v + 1],
+                               out.point_fields[1].values[3 * v + 2]) -
+               out.soup.points[v])
+                  .norm() < 0.01);
+    }
+
+    SECTION("info names the fields of a solution") { CHECK_THAT(run(folder, "info wind.sol").out, Catch::Contains("wind_1, wind_2 (3)")); }
+    SECTION("info --repair keeps fields with their points") {
+        MeshData data{loose, {{"z"}}};
+        for (const Eigen::Vector3d& p : loose.points) data.point_fields[0].values.push_back(p.z());
+        write_mesh_data(folder / "loose.vtu", data);
+        REQUIRE(run(folder, "info loose.vtu --repair -o whole.msh").code == 0);
+        const MeshData repaired = read_mesh_data(folder / "whole.msh");
+        CHECK(repaired.soup.points.size() == whole.points.size());
+        for (std::size_t v = 0; v < repaired.soup.points.size(); ++v)
+            CHECK(repaired.point_fields[0].values[v] == repaired.soup.points[v].z());
+        CHECK_THAT(run(folder, "info loose.vtu --repair -o whole.obj").out, Catch::Contains("without the fields"));
+    }
+    SECTION("a solution for another mesh, of another kind or of a taken name is refused") {
+        write_mesh(folder / "tin.off", whole);
+        const auto refused = [&](const std::string& arguments, int code, const std::string& part) {
+            const Outcome failed = run(folder, "remesh " + arguments + " -o x.vtu");
+            CAPTURE(arguments);
+            CHECK(failed.code == code);
+            CHECK_THAT(failed.err, Catch::Contains(part));
+            CHECK_FALSE(std::filesystem::exists(folder / "x.vtu"));
+        };
+        refused("tin.off --field wind.sol", 1, "wind.sol:4: holds values at");
+        refused("tin.off --field wind.txt", 2, "unknown extension \".txt\"");
+        refused("'" GRADUS_ASSETS "/teapot.bpt' --field wind.sol", 2, "--field is for triangle meshes");
+        write_sizes(folder / "size.sol", std::vector<double>(whole.points.size(), 1));
+        refused("tin.off --field size.sol", 1, "the mesh has a field size already");
+    }
+}
+
+TEST_CASE("report measures a mesh against a triangulated reference", "[cli]") {
+    const TemporaryFolder folder;
+    const testing::Mesh sphere = triangulations::sphere(4, 1, 0);
+    write_mesh(folder / "scan.stl", triangulations::soup(sphere));
+    write_mesh(folder / "same.obj", triangulations::soup(testing::relabelled(sphere, 3)));
+    write_mesh(folder / "larger.off", triangulations::soup(triangulations::sphere(4, 1.1, 0)));
+    const Outcome outcome = run(folder, "report larger.off --reference scan.stl -o r.html --json");
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const json said = json::parse(outcome.out);
+    const json hausdorff = said["reference"]["hausdorff"];
+    CHECK(hausdorff["largest"].get<double>() == Approx(0.1).epsilon(0.01));
+    CHECK(hausdorff["bound"].get<double>() <= 0.10102);
+    CHECK(hausdorff["relative_bound"].get<double>() == Approx(0.1 / hausdorff["diagonal"].get<double>()).epsilon(0.02));
+    CHECK(Eigen::Vector3d(hausdorff["at"][0], hausdorff["at"][1], hausdorff["at"][2]).norm() > 0.98);
+    CHECK(said["distance"]["vertices"]["max"].get<double>() * hausdorff["diagonal"].get<double>() == Approx(0.1).epsilon(0.01));
+    CHECK(said["normals"]["angle"]["max"].get<double>() < 1);
+    CHECK(said["reference"]["compared"].size() == 4);
+    for (const json& compared : said["reference"]["compared"]) CHECK(compared["same"] == true);
+    const std::string page = read_file(folder / "r.html");
+    for (const char* part : {"Hausdorff distance", "genus of the reference: same", "angle to the surface", "from reference to mesh"})
+        CHECK_THAT(page, Catch::Contains(part));
+
+    const Outcome same = run(folder, "report same.obj --reference scan.stl");
+    CHECK(same.code == 0);
+    CHECK_THAT(same.out, Catch::Contains("Hausdorff distance to the reference") && Catch::Contains("same") && !Catch::Contains("differs"));
+    CHECK(json::parse(run(folder, "report same.obj --reference scan.stl --json").out)["reference"]["hausdorff"]["largest"].get<double>() <
+          1e-6);
+    write_mesh(folder / "torus.off", triangulations::soup(triangulations::torus(20, 10)));
+    CHECK_THAT(run(folder, "report torus.off --reference scan.stl").out, Catch::Contains("differs"));
+
+    support::spill(folder / "none.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n");
+    const Outcome empty = run(folder, "report same.obj --reference none.off");
+    CHECK(empty.code == 1);
+    CHECK_THAT(empty.err, Catch::Contains("none.off: holds no triangles"));
+    CHECK(run(folder, "report same.obj --reference what.xyz").code == 2);
 }

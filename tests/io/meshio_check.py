@@ -17,7 +17,7 @@ for path in glob.glob(folder + "/ours.*"):
     mesh.cells_dict.get("line", np.zeros((0, 2))).astype(np.int32).tofile(path + ".lines")
     if path.endswith(".msh") and "gmsh:physical" in mesh.cell_data:
         mesh.cell_data_dict["gmsh:physical"]["triangle"].astype(np.int32).tofile(path + ".labels")
-    for name, values in list(mesh.point_data.items()) + [(k, v[0]) for k, v in mesh.cell_data.items() if len(v) == 1]:
+    for name, values in list(mesh.point_data.items()) + [(k, v.get("triangle")) for k, v in mesh.cell_data_dict.items()]:
         if values is not None and np.issubdtype(np.asarray(values).dtype, np.number):
             np.asarray(values, np.float64).tofile(path + ".field." + name.replace(":", "_"))
 

@@ -74,6 +74,14 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) quality.push_back(1.0 / (1.0 + static_cast<double>(t)));
     write_vtu(folder / "ours.vtu", soup.points, soup.triangles, {{"size", 1, size}, {"grad<h>", 3, gradient}}, {{"quality", 1, quality}});
 
+    MeshData rich{soup, {{"grad", 3, gradient}, {"size", 1, size}}, {{"quality", 1, quality}}};
+    write_mesh_data(folder / "ours.rich.msh", rich);
+    rich.soup.edges.clear();
+    write_mesh_data(folder / "ours.rich.vtu", rich);
+    rich.soup.labels.clear();
+    rich.cell_fields.clear();
+    write_mesh_data(folder / "ours.rich.ply", rich);
+
     const std::string command =
         "/usr/bin/python3 '" GRADUS_MESHIO_CHECK "' '" + folder.path().string() + "' > '" + (folder / "log") + "' 2>&1";
     const int status = std::system(command.c_str());
@@ -95,6 +103,12 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
         INFO(name);
         CHECK(largest_difference(soup, dumped(folder / name)) < kSingle);
     }
+    for (const char* name : {"ours.rich.msh", "ours.rich.vtu"}) {
+        CHECK(numbers_in<double>(folder / (std::string(name) + ".field.grad")) == gradient);
+        CHECK(numbers_in<double>(folder / (std::string(name) + ".field.size")) == size);
+        CHECK(numbers_in<double>(folder / (std::string(name) + ".field.quality")) == quality);
+    }
+    CHECK(numbers_in<double>(folder / "ours.rich.ply.field.size") == size);
     CHECK(numbers_in<double>(folder / "ours.vtu.field.size") == size);
     CHECK(numbers_in<double>(folder / "ours.vtu.field.grad<h>") == gradient);
     CHECK(numbers_in<double>(folder / "ours.vtu.field.quality") == quality);

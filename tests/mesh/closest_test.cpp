@@ -74,3 +74,26 @@ TEST_CASE("connected parts are numbered by their first vertices", "[exact]") {
     CHECK(connected_parts(9, triangles) == std::vector<int>{0, 1, 0, 2, 3, 3, 3, 0, 0});
     CHECK(connected_parts(0, {}).empty());
 }
+
+TEST_CASE("the tree finds all triangles within a distance", "[property]") {
+    Random random;
+    const int count = GENERATE(1, 5, 300);
+    std::vector<Eigen::Vector3d> points;
+    std::vector<Triangle> triangles;
+    std::vector<int> chosen;
+    for (int t = 0; t < count; ++t) {
+        const Eigen::Vector3d middle = random.point();
+        for (int k = 0; k < 3; ++k) points.push_back(middle + 0.1 * random.point());
+        triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+        if (t % 3 != 1) chosen.push_back(t);
+    }
+    const ClosestTriangle tree(points, triangles, chosen);
+    for (int round = 0; round < 50; ++round) {
+        const Eigen::Vector3d p = random.point();
+        const double distance = 0.02 * round;
+        std::vector<int> expected;
+        for (const int t : chosen)
+            if ((closest_point(p, points[3 * t], points[3 * t + 1], points[3 * t + 2]) - p).norm() <= distance) expected.push_back(t);
+        CHECK(tree.within(p, distance) == expected);
+    }
+}

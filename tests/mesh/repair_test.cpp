@@ -373,3 +373,38 @@ TEST_CASE("a book of many leaves takes no more than its time", "[mesh][repair]")
     const Repaired repaired = repair(soup);
     CHECK(diagnose(repaired.soup).components == n);
 }
+
+TEST_CASE("the result says where its points and triangles are from, and fields follow", "[property]") {
+    // Loose triangles with a flat one, a copy and an unused point among them: welded, split, dropped.
+    TriangleSoup soup = loose(grid(5));
+    soup.points.push_back({9, 9, 9});
+    const int n = static_cast<int>(soup.points.size());
+    soup.points.insert(soup.points.end(), {{3, 0, 0}, {4, 0, 0}, {5, 0, 0}, {4, 1, 0}, {4, -1, 0}});
+    soup.triangles.insert(soup.triangles.begin() + 3, {n, n + 1, n + 2});
+    soup.triangles.push_back({n, n + 2, n + 3});
+    soup.triangles.push_back({n + 2, n, n + 4});
+    soup.triangles.push_back(soup.triangles[0]);
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) soup.labels.push_back(static_cast<int>(t));
+    const Repaired repaired = repair(soup);
+    REQUIRE_FALSE(repaired.steps.empty());
+    REQUIRE(repaired.point_source.size() == repaired.soup.points.size());
+    REQUIRE(repaired.triangle_source.size() == repaired.soup.triangles.size());
+    CHECK(repaired.triangle_source == repaired.soup.labels);
+
+    Field place{"place", 3}, number{"number", 1, {}, true};
+    for (const Eigen::Vector3d& p : soup.points) place.values.insert(place.values.end(), p.begin(), p.end());
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) number.values.push_back(static_cast<double>(t));
+    const Field at_points = follow(std::vector{place}, repaired.point_source)[0];
+    for (std::size_t v = 0; v < repaired.soup.points.size(); ++v)
+        CHECK(Eigen::Vector3d(at_points.values[3 * v], at_points.values[3 * v + 1], at_points.values[3 * v + 2]) ==
+              repaired.soup.points[v]);
+    const Field on_triangles = follow(std::vector{number}, repaired.triangle_source)[0];
+    CHECK(std::equal(on_triangles.values.begin(), on_triangles.values.end(), repaired.soup.labels.begin()));
+    CHECK(on_triangles.integer);
+    CHECK(at_points.name == "place");
+    CHECK_THROWS_AS(follow(std::vector{Field{"short", 1, {1}}}, repaired.point_source), std::invalid_argument);
+
+    const TriangleSoup sound = grid(4);
+    const Repaired untouched = repair(sound);
+    for (std::size_t v = 0; v < sound.points.size(); ++v) CHECK(untouched.point_source[v] == static_cast<int>(v));
+}

@@ -6,7 +6,7 @@
 /// | .msh | Gmsh: versions 2.2 and 4.1, text and binary of both byte orders read, text of 4.1 written | triangles, labels, edges, fields |
 /// | .obj | Wavefront | points, triangles |
 /// | .off | Geomview: text, with NOFF, COFF and STOFF | points, triangles |
-/// | .ply | Stanford: text, binary of both byte orders read, little endian written | points, triangles, fields |
+/// | .ply | Stanford: text, binary of both byte orders read, little endian written | points, triangles, labels, fields |
 /// | .stl | text, or binary in *single* precision, the format having no other | points welded where equal, triangles |
 /// | .vtu .vtp | VTK in XML: text, binary, appended, zlib, both byte orders read; binary .vtu written | triangles, labels, edges, fields |
 ///
@@ -27,6 +27,9 @@
 /// and in no group. Written are a surface and a group for each label, so that triangles come in the order of labels, and a curve of all
 /// edges.
 /// VTK: an integer cell array `label` is the labels; the fields of write_vtu are read by read_mesh_data.
+/// PLY: an integer property `label` of faces is the labels; write_mesh leaves it away, write_mesh_data does not. Properties being single numbers, a field of several components is one
+/// property for each, `velocity_0`, `velocity_1` ...; the comment `gradus field 3 velocity` before them says that they are one. Integers
+/// are bytes where they are in [0, 255], as colours are to be.
 #pragma once
 
 #include <optional>
@@ -46,6 +49,12 @@ TriangleSoup read_mesh(const std::string& path);
 /// of Gmsh (of several steps the last). Values of lines are left away; integers are exact up to 2^53. Empty in the other formats.
 MeshData read_mesh_data(const std::string& path);
 
+/// Fields of a Medit solution, `.sol` or `.solb`: all that is under `SolAtVertices`, scalars, vectors, symmetric and full matrices, their
+/// components in the order of the file. They have the name of the file, without folder and extension; several are numbered, "flow_1".
+/// @param expected_count  number of vertices of the mesh they are for; none: any number
+/// @throws IoError as read_mesh does, and if there are not as many values as expected
+std::vector<Field> read_solution(const std::string& path, std::optional<std::size_t> expected_count = {});
+
 struct WriteOptions {
     bool ascii = false;  ///< .ply and .stl as text; the other formats are either text or binary
 };
@@ -54,6 +63,15 @@ struct WriteOptions {
 /// @throws std::invalid_argument if the soup has an index out of range, a coordinate that is not finite (in binary STL: in
 ///         single precision), or labels that are not one per triangle
 void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOptions& options = {});
+
+/// The formats that hold fields and are written: .msh .ply .vtu. By extension.
+bool holds_fields(const std::string& path);
+
+/// The same with fields, whose names and components read_mesh_data gives back, with all values. A cell field `label` gives way to the
+/// labels of the soup. `.msh` holds up to 64 components, of which Gmsh shows 1, 3 and 9.
+/// @throws std::invalid_argument also for a field that has no name, one given before, or values that are not one per component and thing
+/// @throws IoError also if there are fields and the format does not hold them, or not so many components
+void write_mesh_data(const std::string& path, const MeshData& data, const WriteOptions& options = {});
 
 /// Sizes of a `.sol` (text) or `.solb` (binary) file: one scalar per vertex under `SolAtVertices`.
 /// @param expected_count  number of vertices of the mesh the sizes are for; none: any number

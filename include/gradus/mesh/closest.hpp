@@ -25,6 +25,8 @@ class ClosestTriangle {
     /// The closest triangle, the one of least index where several are equally close. Logarithmic in the number of triangles for a point
     /// near them. @param near  one of the triangles that is near p, which saves time; or -1  @pre p is finite
     Hit closest(const Eigen::Vector3d& p, int near = -1) const;
+    /// All within a distance, by index.
+    std::vector<int> within(const Eigen::Vector3d& p, double distance) const;
 
   private:
     struct Box {

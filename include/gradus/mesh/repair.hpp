@@ -24,6 +24,7 @@
 /// corners and parameters follow.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -61,12 +62,18 @@ struct RepairStep {
 struct Repaired {
     TriangleSoup soup;              ///< is_manifold()
     std::vector<RepairStep> steps;  ///< in the order of RepairKind; none: the soup is the input, bit by bit
+    std::vector<int> point_source;  ///< point of the input, per point: the one that stayed of those that were welded
+    std::vector<int> triangle_source;  ///< triangle of the input, per triangle: which it is, or is a piece of
 };
 
 /// A sound soup (is_clean_manifold) comes back as it is unless a tolerance welds; so does every result.
 /// O(n log n), by sorting and a grid.
 /// @throws std::invalid_argument for a tolerance outside [0, 0.1], or labels that are not one per triangle
 Repaired repair(const TriangleSoup& soup, const RepairOptions& options = {});
+
+/// Fields of the input on the result.
+/// @param source  point_source or triangle_source  @throws std::invalid_argument for a field that has no values for one of them
+std::vector<Field> follow(std::span<const Field> fields, std::span<const int> source);
 
 /// "welded_vertices"
 std::string_view name_of(RepairKind kind);

@@ -36,6 +36,7 @@ struct Field {
     std::string name;
     int components = 1;               ///< numbers per point or triangle, >= 1
     std::vector<double> values = {};  ///< components of the first, of the second ...; not-a-number where there is none
+    bool integer = false;             ///< the file says so; what is not one is written as a real number
 };
 
 /// A soup with its fields. The pieces of a split polygon have its values each.

@@ -4,6 +4,7 @@
 #include "gradus/quality/distance.hpp"
 #include "gradus/quality/edges.hpp"
 #include "gradus/quality/realised.hpp"
+#include "gradus/quality/reference.hpp"
 #include "gradus/quality/shape.hpp"
 #include "gradus/quality/topology.hpp"
 
@@ -22,10 +23,11 @@ struct MeshReport {
     TopologyReport topology;
     ShapeReport shape;
     RealisedGradation gradation;
-    std::optional<EdgeReport> edges;        ///< where a size map was given
-    std::optional<DistanceReport> distance; ///< where a model was given
+    std::optional<EdgeReport> edges;           ///< where a size map was given
+    std::optional<DistanceReport> distance;    ///< where a model or a reference was given
     std::optional<NormalReport> normals;
-    std::vector<StageTime> stages;          ///< filled by the caller
+    std::optional<ReferenceReport> reference;  ///< where a reference was given
+    std::vector<StageTime> stages;             ///< filled by the caller
 };
 
 /// What a mesh is measured against; what is not given is not measured.
@@ -36,10 +38,11 @@ struct MeasureOptions {
     const PatchModel* model = nullptr;
     std::span<const SurfacePoint> places{}; ///< one per vertex, with a model
     std::span<const int> patches{};         ///< one per triangle, may be empty
+    const Reference* reference = nullptr;   ///< a triangulated surface, in place of a model
     std::size_t worst = 10;                 ///< how many offenders of each kind to list
 };
 
-/// @throws std::invalid_argument as edges_of, metric_lengths and measure_distance do
+/// @throws std::invalid_argument as edges_of, metric_lengths, measure_distance and Reference do
 MeshReport measure(const MeshView& mesh, const MeasureOptions& options = {});
 
 /// Aligned tables and histograms, at most 110 columns.
