@@ -35,7 +35,7 @@ struct Options {
 struct Extent {
     Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
     void add(const Eigen::Vector3d& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
-    double diagonal() const { return (high - low).norm(); }
+    double diagonal() const { return (high - low).stableNorm(); }
     std::string text() const {
         return fmt::format("from {:g} {:g} {:g} to {:g} {:g} {:g}, diagonal {:.6g}", low.x(), low.y(), low.z(), high.x(), high.y(),
                            high.z(), diagonal());
@@ -208,7 +208,8 @@ MeshInfo describe(const std::string& name, const MeshData& data) {
                             lengths.median, shape.area_length.min, shape.area_length.mean);
     const SelfContacts contacts = find_self_contacts(soup);
     text += describe(contacts);
-    if (is_clean_manifold(diagnosis) && contacts.pairs.empty()) text += faults({});
+    if (soup.triangles.empty()) text += "NOT usable: holds no triangles\n";
+    else if (is_clean_manifold(diagnosis) && contacts.pairs.empty()) text += faults({});
     else if (is_manifold(diagnosis)) text += "usable: an oriented manifold\n";
     else text += "NOT usable as it is: not an oriented manifold\n";
     return {text,

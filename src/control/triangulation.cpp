@@ -1,10 +1,11 @@
 #include "gradus/control/triangulation.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 namespace gradus {
 
@@ -16,6 +17,8 @@ constexpr double kSizeTolerance = 0.2;  // |ln(size / interpolated size)| at the
 constexpr double kShortest = 1;         // metric length of edges that are never cut: the mesh could not show more
 constexpr int kMostPasses = 40;
 constexpr double kEdgeShare = 2.5;      // of the rule's chord error, that single edges of the triangulation may be cut off by
+// Squares of areas and of curvatures, and products of them with lengths, are to be doubles.
+constexpr double kLargestCoordinate = 1e40, kLeastDiagonal = 1e-40;
 
 double circle_curvature(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     const Vector3d u = b - a, v = c - b, w = c - a;
@@ -38,16 +41,23 @@ double diagonal_of(const TriangleSoup& soup) {
     Vector3d low = soup.points[soup.triangles[0][0]], high = low;
     for (const Triangle& t : soup.triangles)
         for (const int v : t) {
-            if (!soup.points[v].allFinite()) throw std::invalid_argument("vertex " + std::to_string(v) + " has a coordinate that is not finite");
-            low = low.cwiseMin(soup.points[v]);
-            high = high.cwiseMax(soup.points[v]);
+            const Vector3d& point = soup.points[v];
+            if (!point.allFinite()) throw std::invalid_argument(fmt::format("vertex {} has a coordinate that is not finite", v));
+            if (const double largest = point.cwiseAbs().maxCoeff(); largest > kLargestCoordinate)
+                throw std::invalid_argument(fmt::format("vertex {} has a coordinate of size {:.3g}, beyond {:g}; choose a larger unit of length",
+                                                        v, largest, kLargestCoordinate));
+            low = low.cwiseMin(point);
+            high = high.cwiseMax(point);
         }
+    const double diagonal = (high - low).stableNorm();
+    if (diagonal == 0) throw std::invalid_argument("a surface without extent");
+    if (diagonal < kLeastDiagonal)
+        throw std::invalid_argument(
+            fmt::format("the surface has a diagonal of {:.3g}, below {:g}; choose a smaller unit of length", diagonal, kLeastDiagonal));
     const bool has_area = std::any_of(soup.triangles.begin(), soup.triangles.end(), [&](const Triangle& t) {
         return (soup.points[t[1]] - soup.points[t[0]]).cross(soup.points[t[2]] - soup.points[t[0]]).norm() > 0;
     });
     if (!has_area) throw std::invalid_argument("a surface without area");
-    const double diagonal = (high - low).norm();
-    if (!(diagonal > 0) || !std::isfinite(diagonal)) throw std::invalid_argument("a surface without extent");
     return diagonal;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "budget.hpp"
 #include "bytes.hpp"
 #include "cells.hpp"
 #include "formats.hpp"
@@ -165,7 +166,7 @@ class Numbering {
     std::optional<std::int64_t> sort() {
         in_order_ = true;
         for (std::size_t i = 0; i < numbers_.size() && in_order_; ++i)
-            in_order_ = numbers_[i].first == numbers_[0].first + static_cast<std::int64_t>(i);
+            in_order_ = i == 0 || (numbers_[i - 1].first < numbers_[i].first && numbers_[i - 1].first == numbers_[i].first - 1);
         if (in_order_) return std::nullopt;
         std::sort(numbers_.begin(), numbers_.end());
         const auto twice =
@@ -195,7 +196,8 @@ struct Tags {
 
 class Reader {
   public:
-    Reader(const std::string& path, std::string_view contents, Fields fields) : in_(path, contents), fields_(fields) {}
+    Reader(const std::string& path, std::string_view contents, Fields fields)
+        : in_(path, contents), fields_(fields), budget_(path, kNumbersPerByte * contents.size()) {}
 
     MeshData read();
 
@@ -218,6 +220,7 @@ class Reader {
 
     Source in_;
     Fields fields_;
+    Budget budget_;  ///< of values
     MeshData data_;
     SurfaceCells cells_;
     bool has_nodes_ = false, has_elements_ = false;
@@ -409,6 +412,7 @@ Field Reader::read_field(std::string_view section, const Numbering& rows_of, std
     for (std::size_t i = 3; i < integers; ++i) text.integer("an integer tag");
 
     field.components = static_cast<int>(components);
+    budget_.take(rows * static_cast<std::size_t>(components));
     field.values.assign(rows * static_cast<std::size_t>(components), std::numeric_limits<double>::quiet_NaN());
     in_.begin_data();
     for (std::size_t i = 0; i < entries; ++i) {
@@ -434,7 +438,9 @@ void Reader::read_data(std::string_view section) {
     if (section == "$NodeData") {
         add_field(data_.point_fields, read_field(section, nodes_, nodes_.size()));
     } else {
-        const Field field = cells_.on_triangles(read_field(section, elements_, elements_.size()));
+        const Field on_elements = read_field(section, elements_, elements_.size());
+        budget_.take(data_.soup.triangles.size() * static_cast<std::size_t>(on_elements.components));
+        const Field field = cells_.on_triangles(on_elements);
         const bool all_missing = std::all_of(field.values.begin(), field.values.end(), [](double x) { return std::isnan(x); });
         if (!all_missing) add_field(data_.cell_fields, field);
     }

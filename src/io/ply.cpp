@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "budget.hpp"
 #include "bytes.hpp"
 #include "formats.hpp"
 #include "scanner.hpp"
@@ -344,7 +345,7 @@ int read_label(Body& in, Type type) {
 }
 
 template <class Body>
-MeshData read_body(Body in, const Header& header) {
+MeshData read_body(Body in, const Header& header, Budget budget) {
     MeshData data;
     TriangleSoup& soup = data.soup;
     LargestIndex<typename Body::Where> largest;
@@ -387,7 +388,9 @@ MeshData read_body(Body in, const Header& header) {
             }
             if (element.name == "vertex") soup.points.push_back(point);
             if (label) soup.labels.resize(soup.triangles.size(), *label);
-            add_values(fields, values, element.name == "vertex" ? 1 : soup.triangles.size() - first_triangle);
+            const std::size_t repeats = element.name == "vertex" ? 1 : soup.triangles.size() - first_triangle;
+            budget.take(fields.size() * repeats);
+            add_values(fields, values, repeats);
         }
         if (element.name == "vertex") data.point_fields = joined(std::move(fields), element.groups);
         if (element.name == "face") data.cell_fields = joined(std::move(fields), element.groups);
@@ -494,11 +497,12 @@ void append_values(std::string& bytes, const Columns& columns, std::size_t i) {
 MeshData parse_ply(const std::string& path, std::string_view contents, Fields fields) {
     Scanner in(path, contents, '\0');
     const Header header = read_header(in, fields);
-    if (header.encoding == Encoding::Text) return read_body(TextBody(in), header);
+    const Budget budget(path, kNumbersPerByte * contents.size());
+    if (header.encoding == Encoding::Text) return read_body(TextBody(in), header, budget);
     ByteReader bytes(path, contents);
     bytes.skip(static_cast<std::size_t>(in.position() - contents.data()), "the header");
     if (header.encoding == Encoding::BigEndian) bytes.swap_bytes();
-    return read_body(BinaryBody(bytes), header);
+    return read_body(BinaryBody(bytes), header, budget);
 }
 
 std::string ply_text(const MeshData& data) {

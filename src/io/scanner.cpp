@@ -19,6 +19,7 @@ std::string quoted(std::string_view text) {
 Scanner::Scanner(const std::string& path, std::string_view text, char comment, bool continues)
     : path_(path), begin_(text.data()), end_(text.data() + text.size()), pos_(begin_), comment_(comment), continues_(continues) {
     if (text.starts_with("\xEF\xBB\xBF")) pos_ += 3;  // byte order mark of UTF-8
+    if (text.starts_with("\xFE\xFF") || text.starts_with("\xFF\xFE")) fail("is text in UTF-16; save it in UTF-8");
 }
 
 bool Scanner::at_end() {
@@ -112,7 +113,7 @@ double Scanner::parse_real(const char* what) {
 /// Fortran's exponent letters, and numbers too small for a double; from_chars refuses both.
 double Scanner::parse_odd_real(const char* what) {
     const std::string_view found = word_here();
-    std::string text(found.substr(0, 1000));
+    std::string text(found);
     std::replace_if(
         text.begin(), text.end(), [](char c) { return c == 'd' || c == 'D'; }, 'e');
     const char* first = text.data();

@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 
+#include "budget.hpp"
 #include "bytes.hpp"
 #include "cells.hpp"
 #include "formats.hpp"
@@ -191,7 +192,7 @@ class DocumentParser {
         }
         if (depth_ == part_depth_) part_.reset(), part_depth_ = 0;
         if (depth_ == piece_depth_) piece_depth_ = 0;
-        if (depth_ == appended_depth_) document_.appended_end = position(), appended_depth_ = 0;
+        if (depth_ == appended_depth_) end_appended();
         --depth_;
     }
 
@@ -255,6 +256,12 @@ class DocumentParser {
         document_.appended_begin = at + 1;
         appended_depth_ = depth_;
         if (document_.appended_raw) stop();
+    }
+
+    void end_appended() {
+        if (position() < document_.appended_begin) fail("AppendedData ends before its data");
+        document_.appended_end = position();
+        appended_depth_ = 0;
     }
 
     void find_raw_end() {
@@ -340,8 +347,8 @@ class ByteStream {
 /// Decodes the arrays of a document.
 class Arrays {
   public:
-    Arrays(const std::string& path, std::string_view contents, const Document& document)
-        : path_(path), contents_(contents), document_(document) {}
+    Arrays(const std::string& path, std::string_view contents, const Document& document, Budget& budget)
+        : path_(path), contents_(contents), document_(document), budget_(budget) {}
 
     std::vector<double> reals(const DataArray& array) const { return numbers<double>(array); }
     std::vector<std::int64_t> integers(const DataArray& array) const {
@@ -366,6 +373,7 @@ class Arrays {
         const std::string bytes = bytes_of(array);
         if (bytes.size() % type->size != 0)
             fail(array, "has " + std::to_string(bytes.size()) + " bytes, no multiple of " + std::to_string(type->size));
+        budget_.take(bytes.size() / type->size);
         switch (type - std::begin(kTypes)) {
             case 0:
                 return converted<std::int8_t, Number>(bytes);
@@ -468,6 +476,7 @@ class Arrays {
     const std::string& path_;
     std::string_view contents_;
     const Document& document_;
+    Budget& budget_;
 };
 
 // Meshes ---------------------------------------------------------------------------------------------------------------
@@ -475,11 +484,18 @@ class Arrays {
 class Reader {
   public:
     Reader(const std::string& path, std::string_view contents, const Document& document, Fields fields)
-        : path_(path), document_(document), fields_(fields), arrays_(path, contents, document) {}
+        : path_(path),
+          document_(document),
+          fields_(fields),
+          budget_(path, (document.compressed ? kPackedNumbersPerByte : kNumbersPerByte) * contents.size()),
+          arrays_(path, contents, document, budget_) {}
 
     MeshData read() {
         for (const Piece& piece : document_.pieces) read_piece(piece);
-        for (const Field& field : cell_fields_) data_.cell_fields.push_back(cells_.on_triangles(field));
+        for (const Field& field : cell_fields_) {
+            budget_.take(data_.soup.triangles.size() * static_cast<std::size_t>(field.components));
+            data_.cell_fields.push_back(cells_.on_triangles(field));
+        }
         data_.point_fields = std::move(point_fields_);
         if (all_labelled_)
             for (const int cell : cells_.cell_of_triangle()) data_.soup.labels.push_back(cell_labels_[static_cast<std::size_t>(cell)]);
@@ -644,6 +660,7 @@ class Reader {
     const std::string& path_;
     const Document& document_;
     Fields fields_;
+    Budget budget_;  ///< of all arrays, which may share appended data
     Arrays arrays_;
     MeshData data_;
     SurfaceCells cells_;

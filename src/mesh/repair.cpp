@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 #include <queue>
+#include <set>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -386,7 +387,8 @@ class Followers {
         std::map<Edge, Edge> first_edge;
         for (const Edge& edge : from_.edges) {
             bool found = false;
-            for (const Edge& image : edge_images(edge, 0)) {
+            std::set<Edge> halved;
+            for (const Edge& image : edge_images(edge, halved)) {
                 found = true;
                 // Two that were welded are one.
                 const Edge source = sorted(edge[0], edge[1]);
@@ -413,8 +415,8 @@ class Followers {
         return of_vertex_[v].empty() ? of_place_[place_[v]] : of_vertex_[v];
     }
 
-    /// @param depth  of splits of splits
-    std::vector<Edge> edge_images(const Edge& edge, int depth) const {
+    /// @param halved  edges that were, by their places: where points lie on lines to rounding only, splits of splits may come back
+    std::vector<Edge> edge_images(const Edge& edge, std::set<Edge>& halved) const {
         const auto key = sorted(edge[0], edge[1]);
         std::vector<Edge> result;
         auto image = std::lower_bound(images_.begin(), images_.end(), key, [](const Image& a, const Edge& b) { return a.input < b; });
@@ -423,11 +425,10 @@ class Followers {
             if (result.empty() || result.back() != found) result.push_back(found);
         }
         if (!result.empty() || images_of(edge[0]).empty() || images_of(edge[1]).empty()) return result;
-        constexpr int kDeepest = 64;
         const auto split = splits_.find(sorted(place_[edge[0]], place_[edge[1]]));
-        if (split != splits_.end() && depth < kDeepest) {
+        if (split != splits_.end() && halved.insert(split->first).second) {
             for (const Edge& half : {Edge{edge[0], split->second}, Edge{split->second, edge[1]}})
-                for (const Edge& part : edge_images(half, depth + 1)) result.push_back(part);
+                for (const Edge& part : edge_images(half, halved)) result.push_back(part);
             return result;
         }
         const Edge ends{images_of(edge[0]).front(), images_of(edge[1]).front()};

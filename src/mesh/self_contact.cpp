@@ -250,44 +250,55 @@ std::vector<Face> faces_of(const TriangleSoup& soup) {
     return faces;
 }
 
+/// Those to be listed, in order.
+void keep_first(std::vector<Pair>& pairs) {
+    std::sort(pairs.begin(), pairs.end());
+    if (pairs.size() > Findings<Pair>::kListed) pairs.resize(Findings<Pair>::kListed);
+}
+
+/// Of one face.
+struct Contacts {
+    std::vector<Pair> first;
+    std::size_t count = 0, tests = 0;
+
+    void add(int a, int b) {
+        ++count;
+        first.push_back({std::min(a, b), std::max(a, b)});
+        if (first.size() >= 2 * Findings<Pair>::kListed) keep_first(first);
+    }
+};
+
 }  // namespace
 
 SelfContacts find_self_contacts(const TriangleSoup& soup) {
     std::vector<Face> faces = faces_of(soup);
     const BoxTree tree(faces);
     const int n = static_cast<int>(faces.size());
-    // So many tests take a minute or two, where a surface takes a few dozen per triangle.
-    const std::size_t most_tests = 100'000'000 + 200 * static_cast<std::size_t>(n);
-    constexpr int kBlock = 4096;
-    struct Found {
-        std::vector<Pair> pairs;
-        std::size_t tests = 0;
-    };
-    std::vector<Found> found(kBlock);
+    // A surface takes a few dozen tests per triangle; where all lies upon all, so many take seconds.
+    const std::size_t most_tests = 5'000'000 + 200 * static_cast<std::size_t>(n);
+    constexpr int kBlock = 512;
+    std::vector<Contacts> found(kBlock);
     std::vector<Pair> first;
     SelfContacts result;
     std::size_t tests = 0;
     for (int begin = 0; begin < n; begin += kBlock) {
         const int end = std::min(n, begin + kBlock);
-        tbb::parallel_for(tbb::blocked_range<int>(begin, end, 64), [&](const tbb::blocked_range<int>& range) {
+        tbb::parallel_for(tbb::blocked_range<int>(begin, end, 8), [&](const tbb::blocked_range<int>& range) {
             for (int i = range.begin(); i < range.end(); ++i) {
-                Found& mine = found[i - begin];
+                Contacts& mine = found[i - begin];
                 mine = {};
                 tree.for_each_later(i, [&](int k) {
                     ++mine.tests;
-                    if (in_contact(faces[i], faces[k]))
-                        mine.pairs.push_back(
-                            {std::minmax(faces[i].index, faces[k].index).first, std::minmax(faces[i].index, faces[k].index).second});
+                    if (in_contact(faces[i], faces[k])) mine.add(faces[i].index, faces[k].index);
                 });
             }
         });
         for (int i = begin; i < end; ++i) {
             tests += found[i - begin].tests;
-            result.pairs.count += found[i - begin].pairs.size();
-            first.insert(first.end(), found[i - begin].pairs.begin(), found[i - begin].pairs.end());
+            result.pairs.count += found[i - begin].count;
+            first.insert(first.end(), found[i - begin].first.begin(), found[i - begin].first.end());
         }
-        std::sort(first.begin(), first.end());
-        if (first.size() > Findings<Pair>::kListed) first.resize(Findings<Pair>::kListed);
+        keep_first(first);
         if (tests > most_tests && end < n) {
             result.complete = false;
             break;

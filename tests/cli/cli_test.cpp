@@ -364,6 +364,8 @@ TEST_CASE("info finds what is wrong with a mesh, and repairs it", "[cli]") {
 
     const Outcome again = run(folder, "info good.obj --repair");
     CHECK_THAT(again.out, Catch::Contains("nothing to repair"));
+    spill(folder / "points.obj", "v 0 0 0\nv 1 0 0\n");
+    CHECK_THAT(run(folder, "info points.obj").out, Catch::Contains("NOT usable: holds no triangles"));
     check_failure(run(folder, "info bad.obj -o good.obj"), 2, "give --repair too");
     check_failure(run(folder, "info bad.obj --repair --weld 2"), 2, "--weld 2: must be from 0 to 0.1");
     check_failure(run(folder, "info bad.obj --repair -o nowhere/x.obj"), 1, "there is no folder nowhere");

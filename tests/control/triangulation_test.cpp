@@ -93,9 +93,17 @@ TEST_CASE("a size prescribed at a point holds at the vertex nearest to it", "[ex
     CHECK(geometric_sizes(surface, rule)[17] == 0.01);
     CHECK(make_background(surface, rule).sizes[17] == 0.01);
 }
-TEST_CASE("a surface without area is refused", "[control]") {
-    gradus::TriangleSoup soup;
-    soup.points = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
-    soup.triangles = {{0, 1, 2}};
-    CHECK_THROWS_WITH(gradus::Triangulation(soup), Catch::Contains("without area"));
+
+TEST_CASE("a surface that cannot be computed with is refused for what it is", "[control][regression]") {
+    const auto with = [](double length, double third) {
+        return TriangleSoup{{{0, 0, 0}, {length, 0, 0}, {third, third, 0}}, {{0, 1, 2}}};
+    };
+    CHECK_THROWS_WITH(Triangulation(TriangleSoup{}), Catch::Contains("without triangles"));
+    CHECK_THROWS_WITH(Triangulation(with(0, 0)), Catch::Contains("without extent"));
+    CHECK_THROWS_WITH(Triangulation(with(1, 0)), Catch::Contains("without area"));
+    CHECK_THROWS_WITH(Triangulation(with(1e200, 1)), Catch::Contains("vertex 1 has a coordinate of size 1e+200, beyond 1e+40"));
+    CHECK_THROWS_WITH(Triangulation(with(1, -1.7e308)), Catch::Contains("vertex 2 has a coordinate of size 1.7e+308"));
+    CHECK_THROWS_WITH(Triangulation(with(1e-200, 1e-200)), Catch::Contains("a diagonal of 1.41e-200, below 1e-40"));
+    CHECK(Triangulation(with(1e39, 1e39)).diagonal() > 1e39);
+    CHECK(Triangulation(with(1e-39, 1e-39)).diagonal() > 1e-39);
 }

@@ -193,3 +193,18 @@ TEST_CASE("contacts are counted, the first listed, the same for any number of th
     CHECK(find_self_contacts(soup).pairs.first == all.pairs.first);
     CHECK(find_self_contacts(soup).pairs.count == all.pairs.count);
 }
+
+TEST_CASE("where all lies upon all, the search for contacts ends soon and says that there are more", "[mesh][contact][regression]") {
+    std::mt19937_64 random(4);
+    std::uniform_real_distribution<double> place(0, 1);
+    TriangleSoup soup;
+    for (int t = 0; t < 6000; ++t) {
+        for (int k = 0; k < 3; ++k) soup.points.push_back({place(random), place(random), place(random)});
+        soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    }
+    const SelfContacts contacts = find_self_contacts(soup);
+    CHECK_FALSE(contacts.complete);
+    CHECK(contacts.pairs.count > 100'000);
+    CHECK(contacts.pairs.first.size() == Findings<SelfContacts::Pair>::kListed);
+    CHECK(std::is_sorted(contacts.pairs.first.begin(), contacts.pairs.first.end()));
+}

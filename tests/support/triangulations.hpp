@@ -50,7 +50,8 @@ inline Mesh halved(const Mesh& mesh, const Known& known) {
 inline Mesh jittered(Mesh mesh, const Known& known, double share, unsigned seed) {
     double sum = 0;
     for (const Triangle& t : mesh.triangles) sum += (mesh.points[t[1]] - mesh.points[t[0]]).norm();
-    mesh = testing::shaken(std::move(mesh), share * sum / static_cast<double>(mesh.triangles.size()), seed);
+    const double amount = share * sum / static_cast<double>(mesh.triangles.size());
+    mesh = testing::shaken(std::move(mesh), amount, seed);
     for (Eigen::Vector3d& p : mesh.points) p = known.project(p);
     return mesh;
 }

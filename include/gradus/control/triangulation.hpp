@@ -20,8 +20,8 @@ struct TriangulationOptions {
 /// Immutable after construction; not to be moved, as its parts refer to each other.
 class Triangulation {
   public:
-    /// @throws std::invalid_argument for a soup that is no oriented manifold, has no triangles, no area, no extent or a coordinate that is
-    ///         not finite
+    /// @throws std::invalid_argument for a soup that is no oriented manifold, has no triangles, no area, no extent or one below 1e-40, or a
+    ///         coordinate that is not finite or beyond 1e40
     explicit Triangulation(TriangleSoup soup, const TriangulationOptions& options = {});
     Triangulation(const Triangulation&) = delete;
     Triangulation& operator=(const Triangulation&) = delete;
