@@ -53,6 +53,7 @@ struct Made {
 
 void check_options(const Options& options) {
     check(options.sizing);
+    if (!is_mesh(options.in)) check_for_patches(options.sizing);
     for (const std::string& path : options.out) check_output(path, {FileKind::Mesh});
     if (!options.report.empty()) check_output(options.report, {FileKind::Report});
     std::vector<std::string> outputs = options.out;
@@ -61,7 +62,8 @@ void check_options(const Options& options) {
     if (!options.background.empty() && options.sizes.empty()) throw UsageError("--background needs --size, the sizes at its vertices");
     const SizingOptions& s = options.sizing;
     if (!options.sizes.empty() &&
-        (s.alpha || s.relative_chord_error || s.chord_error || s.normal_angle || s.hmin || s.hmax || !s.at.empty()))
+        (s.alpha || s.relative_chord_error || s.chord_error || s.normal_angle || s.hmin || s.hmax || !s.at.empty() || s.feature_gap || s.gap ||
+         !s.regions.empty()))
         throw UsageError(
             "--size gives all sizes; leave out --alpha, --hmin, --hmax, --size-at and the like, or use them in gradus sizemap");
     if (!options.pictures.empty()) make_folder(options.pictures);
@@ -256,6 +258,7 @@ void add_remesh(CLI::App& app, Run& run) {
     command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
+    add_clearances(command, options->sizing);
     add_gradation(command, options->gradation, GradationNeeded::No);
     add_triangulation(command, options->surface);
     command.add_flag("--fast", options->fast, "Smooth shapes only, do not search for better ones");

@@ -30,6 +30,17 @@ struct SizingRule {
         double size;
     };
     std::vector<At> at = {};
+
+    // -- On triangulations only, see control/clearance.hpp --
+    double feature_clearance = 1;  ///< largest size over the distance between features that face each other; 0: unbounded
+    double sheet_clearance = 0;    ///< largest size over the distance to the opposite sheet, through material or void; 0: unbounded
+
+    /// Sizes are at most `size` in the triangles of a label, even below hmin.
+    struct Region {
+        int label;
+        double size;
+    };
+    std::vector<Region> regions = {};
 };
 
 /// @throws std::invalid_argument naming the value that is out of range
