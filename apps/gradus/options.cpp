@@ -105,7 +105,7 @@ void add_sizing(CLI::App& app, SizingOptions& options, const std::optional<SizeL
 void add_clearances(CLI::App& app, SizingOptions& options) {
     const std::string group = "Sizes from clearances (triangulations)";
     app.add_option("--feature-gap", options.feature_gap,
-                   "Sizes at most F times the distance along the surface between features that face each other; 0: whatever it is (default: 1)")
+                   "Sizes at most F times the distance along the surface between features that face each other; 0: whatever it is (default: 1.5)")
         ->type_name("F")
         ->group(group);
     app.add_option("--gap", options.gap, "Sizes at most F times the distance to the opposite sheet, through material or void (default: whatever it is)")

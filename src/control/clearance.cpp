@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <numbers>
 #include <optional>
 #include <queue>
 
@@ -21,6 +22,8 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFacing = 3.732;  // 1 / tan 15 degrees: way along features over distance, from which they face each other
+constexpr double kNarrow = std::numbers::pi / 6;  // angle of corners whose sides face each other
+constexpr double kStraight = 1.2;  // way over distance, up to which sides of a corner run straight from it
 constexpr double kSeen = 0.5;      // cosine of the angles within which sheets see each other
 constexpr double kDetour = 1.4;    // way along the surface over distance, up to which a place is a neighbour
 
@@ -127,6 +130,8 @@ struct ClearanceFinder::Parts {
             arcs[next[s[1]]++] = {s[0], length};
         }
         if (segments.empty()) return;
+        for (int v = 0; v < mesh.num_vertices(); ++v)
+            if (is_tip(v)) tips.push_back(v);
         std::vector<int> all(segments.size());
         for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
         near_features.emplace(points, segments, std::move(all));
@@ -135,6 +140,21 @@ struct ClearanceFinder::Parts {
     bool on_feature(const SidedPlace& place) const {
         if (place.wedge >= 0) return first[wedges.vertex[place.wedge]] < first[wedges.vertex[place.wedge] + 1];
         return place.half_edge >= 0 && mesh.tag(place.half_edge) >= 0;
+    }
+
+    // Whether two features leave a vertex with a narrow angle between them.
+    bool is_tip(int v) const {
+        bool narrow = false;
+        if (first[v + 1] - first[v] < 2) return false;
+        for (const SidedPlace& side : sides_of_vertex(surface, v)) {
+            double angle = 0;
+            wedges.for_each(mesh, side.wedge, [&](int h) {
+                const Vector3d a = points[mesh.target(h)] - points[v], b = points[mesh.apex(h)] - points[v];
+                angle += std::atan2(a.cross(b).norm(), a.dot(b));
+            });
+            narrow = narrow || angle < kNarrow;
+        }
+        return narrow;
     }
 
     std::vector<int> triangles_at(const SidedPlace& place) const {
@@ -153,8 +173,10 @@ struct ClearanceFinder::Parts {
     }
 
     // Across the face, from a place on a feature.
-    Clearance across(const SidedPlace& place, double reach) const {
+    Clearance across(const SidedPlace& place, double reach, double tip) const {
         const Vector3d& p = place.point;
+        std::vector<int> near_tips;
+        std::copy_if(tips.begin(), tips.end(), std::back_inserter(near_tips), [&](int v) { return (points[v] - p).norm() < tip; });
         Ways& ways = along_features.local();
         ways.begin(points.size());
         if (place.wedge >= 0) {
@@ -173,15 +195,20 @@ struct ClearanceFinder::Parts {
             ways.advance(kFacing * radius, from);
             const double way = std::min(ways.at(a) + (q - points[a]).norm(), ways.at(b) + (q - points[b]).norm());
             if (way <= kFacing * radius) return false;
+            const auto joins = [&](int v) {
+                const double to_q = (points[v] - q).norm();
+                return to_q < tip && way < kStraight * ((points[v] - p).norm() + to_q);
+            };
+            if (std::any_of(near_tips.begin(), near_tips.end(), joins)) return false;
             result = {radius, h / 3, q};
             return true;
         });
         return result;
     }
 
-    Clearance feature(const SidedPlace& place, double reach) const {
+    Clearance feature(const SidedPlace& place, double reach, double tip) const {
         if (segments.empty()) return {};
-        if (on_feature(place)) return across(place, reach);
+        if (on_feature(place)) return across(place, reach, tip);
         if (near_features->closest(place.point).distance > reach) return {};
         std::optional<SidedPlace> nearest;
         double distance = 0;
@@ -191,7 +218,7 @@ struct ClearanceFinder::Parts {
             return true;
         });
         if (!nearest) return {};
-        const Clearance there = across(*nearest, reach);
+        const Clearance there = across(*nearest, reach, tip);
         return distance <= there.distance ? there : Clearance{};
     }
 
@@ -242,6 +269,7 @@ struct ClearanceFinder::Parts {
     std::vector<Triangle> segments;  // feature edges
     std::vector<int> first;          // of the arcs of each vertex
     std::vector<std::pair<int, double>> arcs;
+    std::vector<int> tips;
     std::optional<ClosestTriangle> near_features;
     mutable std::once_flag facets_made;
     mutable std::optional<ClosestTriangle> facets;
@@ -252,7 +280,7 @@ struct ClearanceFinder::Parts {
 ClearanceFinder::ClearanceFinder(const Triangulation& surface) : parts_(std::make_unique<Parts>(surface)) {}
 ClearanceFinder::~ClearanceFinder() = default;
 
-Clearance ClearanceFinder::feature(const SidedPlace& place, double reach) const { return parts_->feature(place, reach); }
+Clearance ClearanceFinder::feature(const SidedPlace& place, double reach, double tip) const { return parts_->feature(place, reach, tip); }
 Clearance ClearanceFinder::sheet(const SidedPlace& place, double reach) const { return parts_->sheet(place, reach); }
 
 std::vector<SidedPlace> sides_of_vertex(const Triangulation& surface, int v) {

@@ -106,7 +106,7 @@ class Bounds {
     Bound at(std::span<const SidedPlace> sides, double size) const {
         Bound bound{size};
         for (const SidedPlace& side : sides) {
-            lower(bound, rule_.feature_clearance, [&](double reach) { return finder_.feature(side, reach); });
+            lower(bound, rule_.feature_clearance, [&](double reach) { return finder_.feature(side, reach, reach); });
             lower(bound, rule_.sheet_clearance, [&](double reach) { return finder_.sheet(side, reach); });
         }
         for (const SizingRule::Region& region : rule_.regions)

@@ -50,7 +50,9 @@ class ClearanceFinder {
     ClearanceFinder& operator=(const ClearanceFinder&) = delete;
 
     /// @param reach  what is farther is not looked for, >= 0
-    Clearance feature(const SidedPlace& place, double reach) const;
+    /// @param tip    places this near to the apex of a narrow corner do not face each other across it: the element there has the corner's
+    ///               angle, whatever its size
+    Clearance feature(const SidedPlace& place, double reach, double tip = 0) const;
     Clearance sheet(const SidedPlace& place, double reach) const;
 
   private:
