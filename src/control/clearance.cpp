@@ -192,13 +192,12 @@ struct ClearanceFinder::Parts {
         balls.local().grow(p, triangles_at(place), reach, [&](int h, const Vector3d& q, double radius) {
             if (same_edge(h)) return false;
             const int a = mesh.origin(h), b = mesh.target(h);
-            ways.advance(kFacing * radius, from);
-            const double way = std::min(ways.at(a) + (q - points[a]).norm(), ways.at(b) + (q - points[b]).norm());
-            if (way <= kFacing * radius) return false;
-            const auto joins = [&](int v) {
-                const double to_q = (points[v] - q).norm();
-                return to_q < tip && way < kStraight * ((points[v] - p).norm() + to_q);
+            const auto is_longer = [&](double length) {
+                ways.advance(length, from);
+                return std::min(ways.at(a) + (q - points[a]).norm(), ways.at(b) + (q - points[b]).norm()) > length;
             };
+            if (!is_longer(kFacing * radius)) return false;
+            const auto joins = [&](int v) { return !is_longer(kStraight * ((points[v] - p).norm() + (points[v] - q).norm())); };
             if (std::any_of(near_tips.begin(), near_tips.end(), joins)) return false;
             result = {radius, h / 3, q};
             return true;
@@ -232,13 +231,19 @@ struct ClearanceFinder::Parts {
         for (int k = 0; k < 3; ++k) sum += std::max(weight[k], 0.0) * normal_of_wedge(wedges.of_corner[3 * t + k]);
         return sum.squaredNorm() > 0 ? sum.stableNormalized() : facet.stableNormalized();
     }
+    // Not so where noise folds the facets over.
+    bool is_unfolded(int t) const {
+        const auto normal = [&](int k) -> const Vector3d& { return normal_of_wedge(wedges.of_corner[3 * t + k]); };
+        return normal(0).dot(normal(1)) >= kSeen && normal(1).dot(normal(2)) >= kSeen && normal(2).dot(normal(0)) >= kSeen;
+    }
     const Vector3d& normal_of_wedge(int wedge) const { return surface.curvature()[wedge].normal; }
 
     Clearance sheet(const SidedPlace& place, double reach) const {
         std::call_once(facets_made, [&] { facets.emplace(points, surface.soup().triangles, all_triangles(mesh)); });
         const Vector3d& p = place.point;
-        const bool fitted = place.wedge >= 0 && normal_of_wedge(place.wedge).squaredNorm() > 0;
-        const Vector3d normal = fitted ? normal_of_wedge(place.wedge) : normal_at(place.triangle, p);
+        for (const int t : triangles_at(place))
+            if (!is_unfolded(t)) return {};
+        const Vector3d normal = place.wedge >= 0 ? normal_of_wedge(place.wedge) : normal_at(place.triangle, p);
         Ways& ways = along_edges.local();
         ways.begin(points.size());
         for (const int v : mesh.triangle(place.triangle)) ways.reach(v, (points[v] - p).norm());
@@ -251,6 +256,7 @@ struct ClearanceFinder::Parts {
             const double distance = (q - p).norm();
             const Vector3d there = normal_at(t, q);
             if (t == place.triangle || there.dot(normal) > -kSeen || std::abs(there.dot(q - p)) < kSeen * distance) return false;
+            if (!is_unfolded(t)) return false;
             ways.advance(kDetour * distance, from);
             double way = kInfinity;
             for (const int v : mesh.triangle(t)) way = std::min(way, ways.at(v) + (q - points[v]).norm());

@@ -10,7 +10,8 @@
 ///
 /// The *sheet clearance* is the distance to the nearest place q of the surface that p sees face to face, through the material or the
 /// void: normals at p and q are opposite within 60 degrees, and pq is within 60 degrees of both. q is no neighbour: the way to it along the surface
-/// is more than 1.4 times as long; it is pi / 2 times where a round turns back. Normals are the fitted ones, which noise does not turn.
+/// is more than 1.4 times as long; it is pi / 2 times where a round turns back. Normals are the fitted ones; places where these turn by more than 60 degrees within a facet, as
+/// noise may do that folds it over, neither see nor are seen.
 #pragma once
 
 #include "gradus/control/triangulation.hpp"
@@ -50,8 +51,8 @@ class ClearanceFinder {
     ClearanceFinder& operator=(const ClearanceFinder&) = delete;
 
     /// @param reach  what is farther is not looked for, >= 0
-    /// @param tip    places this near to the apex of a narrow corner do not face each other across it: the element there has the corner's
-    ///               angle, whatever its size
+    /// @param tip    a place this near to the apex of a narrow corner faces nothing across it: the element there has the corner's angle,
+    ///               whatever its size
     Clearance feature(const SidedPlace& place, double reach, double tip = 0) const;
     Clearance sheet(const SidedPlace& place, double reach) const;
 
