@@ -21,11 +21,11 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kFacing = 3.732;  // 1 / tan 15 degrees: way along features over distance, from which they face each other
+constexpr double kFacing = 3.732;                 // 1 / tan 15 degrees: way along features over distance, from which they face each other
 constexpr double kNarrow = std::numbers::pi / 6;  // angle of corners whose sides face each other
-constexpr double kStraight = 1.2;  // way over distance, up to which sides of a corner run straight from it
-constexpr double kSeen = 0.5;      // cosine of the angles within which sheets see each other
-constexpr double kDetour = 1.4;    // way along the surface over distance, up to which a place is a neighbour
+constexpr double kStraight = 1.2;                 // way over distance, up to which sides of a corner run straight from it
+constexpr double kSeen = 0.5;                     // cosine of the angles within which sheets see each other
+constexpr double kDetour = 1.4;                   // way along the surface over distance, up to which a place is a neighbour
 
 // Shortest ways from some vertices along edges, found as far as they are asked for.
 class Ways {
@@ -41,7 +41,8 @@ class Ways {
         lengths_[v] = length;
         heap_.emplace(length, v);
     }
-    /// Afterwards all lengths up to `limit` are final, and others are longer. @param from  calls its argument with neighbour and edge length
+    /// Afterwards all lengths up to `limit` are final, and others are longer. @param from  calls its argument with neighbour and edge
+    /// length
     template <class From>
     void advance(double limit, const From& from) {
         while (!heap_.empty() && heap_.top().first <= limit) {
@@ -117,7 +118,11 @@ std::vector<int> all_triangles(const Connectivity& mesh) {
 
 struct ClearanceFinder::Parts {
     explicit Parts(const Triangulation& triangulation)
-        : surface(triangulation), points(surface.soup().points), mesh(surface.mesh()), wedges(surface.wedges()), first(points.size() + 1, 0) {
+        : surface(triangulation),
+          points(surface.soup().points),
+          mesh(surface.mesh()),
+          wedges(surface.wedges()),
+          first(points.size() + 1, 0) {
         for (int h = 0; h < 3 * mesh.num_triangles(); ++h)
             if (mesh.tag(h) >= 0 && mesh.twin(h) < h) segments.push_back({mesh.origin(h), mesh.target(h), mesh.target(h)});
         for (const Triangle& s : segments) ++first[s[0] + 1], ++first[s[1] + 1];

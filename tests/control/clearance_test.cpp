@@ -1,10 +1,9 @@
 // Distances between features that face each other, and between sheets: closed forms, a dull search as the oracle, invariances.
 #include "gradus/control/clearance.hpp"
 
-#include <catch2/catch.hpp>
-
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <set>
 
 #include "gradus/control/control_space.hpp"
@@ -53,9 +52,8 @@ double smallest(const std::vector<double>& values) { return *std::min_element(va
 // Size of the background at the vertex nearest to a point.
 double size_near(const TriangulationBackground& map, const Vector3d& p) {
     const std::span<const Vector3d> points = points_of(map.background.mesh);
-    const auto nearest = std::min_element(points.begin(), points.end(), [&](const Vector3d& a, const Vector3d& b) {
-        return (a - p).squaredNorm() < (b - p).squaredNorm();
-    });
+    const auto nearest = std::min_element(
+        points.begin(), points.end(), [&](const Vector3d& a, const Vector3d& b) { return (a - p).squaredNorm() < (b - p).squaredNorm(); });
     return map.sizes[nearest - points.begin()];
 }
 
@@ -132,7 +130,8 @@ TEST_CASE("a circle does not face itself", "[exact]") {
     // Its rims face each other along the wall, not across the lids.
     const std::vector<double> clearance = feature_clearance(tin);
     for (std::size_t v = 0; v < clearance.size(); ++v)
-        if (const double z = tin.soup().points[v].z(); z < 1e-9 || z > 9 - 1e-9) CHECK((clearance[v] == kInfinity || clearance[v] == Approx(9)));
+        if (const double z = tin.soup().points[v].z(); z < 1e-9 || z > 9 - 1e-9)
+            CHECK((clearance[v] == kInfinity || clearance[v] == Approx(9)));
 }
 
 TEST_CASE("the sides of a narrow corner face each other, those of a wide one do not", "[exact]") {
@@ -163,7 +162,8 @@ TEST_CASE("clearances of vertices are those found by growing a ball, on jittered
     const unsigned seed = GENERATE(range(1u, 9u));
     CAPTURE(seed);
     std::mt19937 random(seed);
-    TriangleSoup soup = triangulations::soup(triangulations::graph(9, [](double, double) { return 0.0; }, 0.3, seed));
+    TriangleSoup soup = triangulations::soup(triangulations::graph(
+        9, [](double, double) { return 0.0; }, 0.3, seed));
     for (Vector3d& p : soup.points) p.y() *= 0.4;
     // A slot two quads long.
     const int first = 2 * static_cast<int>(9 * (3 + seed % 3) + 2 + random() % 4);
@@ -180,7 +180,8 @@ TEST_CASE("clearances of vertices are those found by growing a ball, on jittered
 }
 
 TEST_CASE("places between features have the clearance of the nearest one", "[property]") {
-    const Triangulation surface(triangulations::soup(testing::grid(40, 5, false, false, [](double u, double v) { return Vector3d(8 * u, v, 0); })));
+    const Triangulation surface(
+        triangulations::soup(testing::grid(40, 5, false, false, [](double u, double v) { return Vector3d(8 * u, v, 0); })));
     const std::vector<double> clearance = feature_clearance(surface);
     for (std::size_t v = 0; v < clearance.size(); ++v)
         if (const double x = surface.soup().points[v].x(); x > 2 && x < 6) CHECK(clearance[v] == Approx(1));

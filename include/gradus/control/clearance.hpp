@@ -2,31 +2,31 @@
 ///
 /// Features divide the surface into faces. The *feature clearance* of a place p on a feature, seen from one side of it, is the radius of
 /// the smallest ball about p in which p is joined, on its face and without crossing a feature, to a place q of a feature that faces it:
-/// one that is at least kFacing = 1 / tan(15 degrees) = 3.73 times as far along the feature curves, or not joined to p by them at all.
-/// So two curves from a common corner face each other where they enclose less than 30 degrees, the sides of a slot do from about 1.4
-/// times its width from its end, a circle never faces itself, and neither does what follows p on its own curve. Distances are straight ones, as elements
-/// are, and do not depend on how the face is cut into triangles. A place within a face, no farther from the nearest feature than the
-/// clearance there, has that clearance, others none.
+/// one that is more than 3.73 = 1 / tan(15 degrees) times as far along the feature curves, or not joined to p by them at all. So two
+/// curves from a common corner face each other where they enclose less than 30 degrees, the sides of a slot do from about 1.4 times
+/// its width from its end, a circle never faces itself, and what follows p on its own curve does not face it. Distances are straight
+/// ones, as elements are, and do not depend on how the face is cut into triangles. A place within a face, no farther from the nearest
+/// feature than the clearance there, has that clearance, others none.
 ///
 /// The *sheet clearance* is the distance to the nearest place q of the surface that p sees face to face, through the material or the
-/// void: normals at p and q are opposite within 60 degrees, and pq is within 60 degrees of both. q is no neighbour: the way to it along the surface
-/// is more than 1.4 times as long; it is pi / 2 times where a round turns back. Normals are the fitted ones; places where these turn by more than 60 degrees within a facet, as
-/// noise may do that folds it over, neither see nor are seen.
+/// void: normals at p and q are opposite within 60 degrees, and pq is within 60 degrees of both. q is no neighbour: the way to it along
+/// the surface is more than 1.4 times as long; it is pi / 2 times where a round turns back. Normals are the fitted ones; facets within
+/// which these turn by more than 60 degrees, as noise may do that folds them over, neither see nor are seen.
 #pragma once
-
-#include "gradus/control/triangulation.hpp"
 
 #include <limits>
 #include <memory>
 #include <vector>
+
+#include "gradus/control/triangulation.hpp"
 
 namespace gradus {
 
 /// What a place faces; nothing within reach: infinitely far.
 struct Clearance {
     double distance = std::numeric_limits<double>::infinity();
-    int triangle = -1;                                 ///< that holds the place faced
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();   ///< the place faced
+    int triangle = -1;                                ///< that holds the place faced
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< the place faced
 };
 
 /// A place of a triangulation as one side of the features sees it.
