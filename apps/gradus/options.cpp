@@ -105,10 +105,10 @@ void add_sizing(CLI::App& app, SizingOptions& options, const std::optional<SizeL
 void add_clearances(CLI::App& app, SizingOptions& options) {
     const std::string group = "Sizes from clearances (triangulations)";
     app.add_option("--feature-gap", options.feature_gap,
-                   "Sizes at most F times the distance along the surface between features that face each other; 0: whatever it is (default: 1.5)")
+                   "Sizes at most F times the distance along the surface between features that face each other; 0: any (default: 1.5)")
         ->type_name("F")
         ->group(group);
-    app.add_option("--gap", options.gap, "Sizes at most F times the distance to the opposite sheet, through material or void (default: whatever it is)")
+    app.add_option("--gap", options.gap, "Sizes at most F times the distance to the opposite sheet, through material or void (default: any)")
         ->type_name("F")
         ->group(group);
     app.add_option("--size-region", options.regions, "Sizes at most H in the triangles of a label, \"LABEL=H\"; may be repeated")
@@ -121,7 +121,7 @@ void add_clearances(CLI::App& app, SizingOptions& options) {
 
 void check_for_patches(const SizingOptions& options) {
     const auto refuse = [](bool given, const std::string& option) {
-        if (given) throw UsageError(option + " is for triangulations; leave it out for patches, or mesh them first and remesh that with " + option);
+        if (given) throw UsageError(option + " is for triangulations; leave it out for patches, or mesh them first and remesh that with it");
     };
     refuse(options.feature_gap.has_value(), "--feature-gap");
     refuse(options.gap.has_value(), "--gap");

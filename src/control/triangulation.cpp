@@ -285,7 +285,8 @@ class Cutter {
     bool hides_faced(int h) const {
         const int t = h / 3;
         if (faced_[t].empty() || h != longest_of(t)) return false;
-        return std::any_of(faced_[t].begin(), faced_[t].end(), [&](const Faced& f) { return length(h) > kShortest * f.size && is_missed(t, f); });
+        return std::any_of(faced_[t].begin(), faced_[t].end(),
+                           [&](const Faced& f) { return length(h) > kShortest * f.size && is_missed(t, f); });
     }
 
     bool is_missed(int t, const Faced& faced) const {
@@ -308,7 +309,8 @@ class Cutter {
 
     int nearest_corner(int t, const Vector3d& q) const {
         const Triangle v = mesh_.triangle(t);
-        return *std::min_element(v.begin(), v.end(), [&](int x, int y) { return (points_[x] - q).squaredNorm() < (points_[y] - q).squaredNorm(); });
+        const auto is_nearer = [&](int x, int y) { return (points_[x] - q).squaredNorm() < (points_[y] - q).squaredNorm(); };
+        return *std::min_element(v.begin(), v.end(), is_nearer);
     }
 
     double distance(int t, const Vector3d& q) const {

@@ -205,9 +205,9 @@ TEST_CASE("sizes follow clearances and labels where asked", "[cli]") {
     const Outcome unknown = run(folder, "remesh in.mesh -o out.mesh --size-region 7=0.1");
     CHECK(unknown.code == 1);
     CHECK_THAT(unknown.err, Catch::Contains("label 7") && Catch::Contains("2, 5"));
-    for (const std::string& wrong : {"--size-region 7", "--size-region 7=x", "--size-region 7=-1", "--gap -1", "--feature-gap nan", "--gap 1 --size map.sol"})
+    for (const std::string wrong : {"--size-region 7", "--size-region 7=x", "--size-region 7=-1", "--gap -1", "--feature-gap nan", "--gap 1 --size map.sol"})
         CHECK(run(folder, "remesh in.mesh -o out.mesh " + wrong).code == 2);
-    for (const std::string& option : {"--gap 1", "--feature-gap 1", "--size-region 1=1"}) {
+    for (const std::string option : {"--gap 1", "--feature-gap 1", "--size-region 1=1"}) {
         const Outcome patches = run(folder, "remesh some.bpt -o out.mesh " + option);
         CHECK(patches.code == 2);
         CHECK_THAT(patches.err, Catch::Contains("is for triangulations"));
