@@ -33,7 +33,16 @@ Json json_of(const SizingRule& rule) {
     Json at = Json::array();
     for (const SizingRule::At& point : rule.at)
         at.push_back({{"point", {point.point.x(), point.point.y(), point.point.z()}}, {"size", point.size}});
-    return {{"rule", name_of(rule.kind)}, {"value", rule.value}, {"hmin", rule.hmin}, {"hmax", rule.hmax}, {"at", at}};
+    Json regions = Json::array();
+    for (const SizingRule::Region& region : rule.regions) regions.push_back({{"label", region.label}, {"size", region.size}});
+    return {{"rule", name_of(rule.kind)},
+            {"value", rule.value},
+            {"hmin", rule.hmin},
+            {"hmax", rule.hmax},
+            {"at", at},
+            {"feature_gap", rule.feature_clearance},
+            {"gap", rule.sheet_clearance},
+            {"regions", regions}};
 }
 
 Json json_of(const GradationReport& report) {

@@ -35,6 +35,25 @@ SizingRule::At prescribed_size(const std::string& text) {
     return {{number[0], number[1], number[2]}, number[3]};
 }
 
+/// "LABEL=H"
+SizingRule::Region region_size(const std::string& text) {
+    SizingRule::Region region{};
+    const char* const end = text.data() + text.size();
+    const auto [equals, bad_label] = std::from_chars(text.data(), end, region.label);
+    bool read = bad_label == std::errc() && equals != end && *equals == '=';
+    if (read) {
+        const auto [after, bad_size] = std::from_chars(equals + 1, end, region.size);
+        read = bad_size == std::errc() && after == end && std::isfinite(region.size);
+    }
+    if (!read) throw UsageError("--size-region \"" + text + "\" is not a label and a size; write LABEL=H, as in 3=0.01");
+    require(region.size > 0, "--size-region \"" + text + "\": the size", region.size, "positive");
+    return region;
+}
+
+void require_fraction(const std::optional<double>& value, const std::string& option) {
+    if (value) require(*value >= 0 && std::isfinite(*value), option, *value, "0 or more, and finite");
+}
+
 GradationMethod method_of(const std::string& name) {
     if (name == "full") return GradationMethod::Full;
     if (name == "exact") return GradationMethod::Exact;
@@ -83,6 +102,32 @@ void add_sizing(CLI::App& app, SizingOptions& options, const std::optional<SizeL
         ->group(group);
 }
 
+void add_clearances(CLI::App& app, SizingOptions& options) {
+    const std::string group = "Sizes from clearances (triangulations)";
+    app.add_option("--feature-gap", options.feature_gap,
+                   "Sizes at most F times the distance along the surface between features that face each other; 0: any (default: 1.5)")
+        ->type_name("F")
+        ->group(group);
+    app.add_option("--gap", options.gap, "Sizes at most F times the distance to the opposite sheet, through material or void (default: any)")
+        ->type_name("F")
+        ->group(group);
+    app.add_option("--size-region", options.regions, "Sizes at most H in the triangles of a label, \"LABEL=H\"; may be repeated")
+        ->type_name("LABEL=H")
+        ->type_size(1)
+        ->allow_extra_args(false)
+        ->take_all()
+        ->group(group);
+}
+
+void check_for_patches(const SizingOptions& options) {
+    const auto refuse = [](bool given, const std::string& option) {
+        if (given) throw UsageError(option + " is for triangulations; leave it out for patches, or mesh them first and remesh that with it");
+    };
+    refuse(options.feature_gap.has_value(), "--feature-gap");
+    refuse(options.gap.has_value(), "--gap");
+    refuse(!options.regions.empty(), "--size-region");
+}
+
 SizeLimits limits_for(double diagonal) { return {diagonal / 1000, diagonal / 16}; }
 
 void check(const SizingOptions& options) {
@@ -98,6 +143,9 @@ void check(const SizingOptions& options) {
     if (options.hmin && options.hmax)
         require(*options.hmin <= *options.hmax, "--hmin", *options.hmin, fmt::format("at most --hmax {:g}", *options.hmax));
     for (const std::string& text : options.at) prescribed_size(text);
+    require_fraction(options.feature_gap, "--feature-gap");
+    require_fraction(options.gap, "--gap");
+    for (const std::string& text : options.regions) region_size(text);
 }
 
 SizingRule rule_of(const SizingOptions& options, const SizeLimits& defaults) {
@@ -112,6 +160,9 @@ SizingRule rule_of(const SizingOptions& options, const SizeLimits& defaults) {
     rule.hmin = options.hmin.value_or(std::min(defaults.hmin, options.hmax.value_or(defaults.hmin)));
     rule.hmax = options.hmax.value_or(std::max(defaults.hmax, rule.hmin));
     for (const std::string& text : options.at) rule.at.push_back(prescribed_size(text));
+    rule.feature_clearance = options.feature_gap.value_or(rule.feature_clearance);
+    rule.sheet_clearance = options.gap.value_or(rule.sheet_clearance);
+    for (const std::string& text : options.regions) rule.regions.push_back(region_size(text));
     return rule;
 }
 
@@ -132,6 +183,8 @@ std::string to_text(const SizingRule& rule) {
             break;
     }
     text += fmt::format(" in [{:.4g}, {:.4g}]", rule.hmin, rule.hmax);
+    if (rule.sheet_clearance > 0) text += fmt::format(", at most {:g} of the gap", rule.sheet_clearance);
+    for (const SizingRule::Region& region : rule.regions) text += fmt::format(", at most {:g} in label {}", region.size, region.label);
     if (!rule.at.empty()) text += fmt::format(", {} prescribed at points", rule.at.size());
     return text;
 }

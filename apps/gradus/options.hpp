@@ -22,6 +22,8 @@ void add_session(CLI::App& app, Session& session);
 struct SizingOptions {
     std::optional<double> alpha, relative_chord_error, chord_error, normal_angle, hmin, hmax;
     std::vector<std::string> at;
+    std::optional<double> feature_gap, gap;  // on triangulations only, as the next
+    std::vector<std::string> regions;
 };
 
 /// Clamps where none are given; lengths in the unit of the model.
@@ -30,6 +32,10 @@ struct SizeLimits {
 };
 /// @param limits  defaults to name in the help, where they do not depend on the model
 void add_sizing(CLI::App& app, SizingOptions& options, const std::optional<SizeLimits>& limits = {});
+/// What else bounds the sizes of triangulations.
+void add_clearances(CLI::App& app, SizingOptions& options);
+/// @throws UsageError naming an option that is for triangulations only
+void check_for_patches(const SizingOptions& options);
 /// 1/1000 and 1/16 of a diagonal.
 SizeLimits limits_for(double diagonal);
 

@@ -54,6 +54,7 @@ struct Made {
 
 void check_options(const Options& options) {
     check(options.sizing);
+    if (!is_mesh(options.in)) check_for_patches(options.sizing);
     for (const std::string& path : options.out) check_output(path, {FileKind::Mesh});
     if (!options.report.empty()) check_output(options.report, {FileKind::Report});
     std::vector<std::string> outputs = options.out;
@@ -63,7 +64,8 @@ void check_options(const Options& options) {
     if (!options.fields.empty() && !is_mesh(options.in)) throw UsageError("--field is for triangle meshes, not for " + options.in);
     const SizingOptions& s = options.sizing;
     if (!options.sizes.empty() &&
-        (s.alpha || s.relative_chord_error || s.chord_error || s.normal_angle || s.hmin || s.hmax || !s.at.empty()))
+        (s.alpha || s.relative_chord_error || s.chord_error || s.normal_angle || s.hmin || s.hmax || !s.at.empty() || s.feature_gap || s.gap ||
+         !s.regions.empty()))
         throw UsageError(
             "--size gives all sizes; leave out --alpha, --hmin, --hmax, --size-at and the like, or use them in gradus sizemap");
     if (!options.pictures.empty()) make_folder(options.pictures);
@@ -264,6 +266,7 @@ void add_remesh(CLI::App& app, Run& run) {
     command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
+    add_clearances(command, options->sizing);
     add_gradation(command, options->gradation, GradationNeeded::No);
     add_triangulation(command, options->surface);
     command.add_option("--field", options->fields, "Fields at the vertices of IN, carried to the mesh as those of IN are; may be repeated")

@@ -74,6 +74,7 @@ int run_sizemap(const Options& options) {
     check(options.sizing);
     check_output(options.out, {FileKind::Sizes, FileKind::SizeView});
     const bool triangles = is_mesh(options.in);
+    if (!triangles) check_for_patches(options.sizing);
     if (triangles && !options.background.empty()) throw UsageError("--background is for patches; sizes of a triangulation are those of its own vertices");
     const bool given = !options.background.empty() && std::filesystem::exists(options.background);
     const std::string mesh_path = options.background.empty() ? background_beside(options.out) : options.background;
@@ -128,6 +129,7 @@ void add_sizemap(CLI::App& app, Run& run) {
                     "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol)")
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
+    add_clearances(command, options->sizing);
     add_triangulation(command, options->surface);
     command.add_option("--max-triangles", options->max_triangles, "Refuse a larger background")
         ->type_name("N")

@@ -27,6 +27,10 @@ void check(const SizingRule& rule) {
         require(at.point.allFinite(), "a coordinate of a prescribed size", at.point.sum(), "finite");
         require(at.size > 0 && std::isfinite(at.size), "a prescribed size", at.size, "positive");
     }
+    require(rule.feature_clearance >= 0 && std::isfinite(rule.feature_clearance), "feature clearance", rule.feature_clearance, "0 or more");
+    require(rule.sheet_clearance >= 0 && std::isfinite(rule.sheet_clearance), "sheet clearance", rule.sheet_clearance, "0 or more");
+    for (const SizingRule::Region& region : rule.regions)
+        require(region.size > 0 && std::isfinite(region.size), "the size of a label", region.size, "positive");
 }
 
 double size_from_radius(const SizingRule& rule, double rho) {

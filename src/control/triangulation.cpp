@@ -1,11 +1,18 @@
 #include "gradus/control/triangulation.hpp"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
+#include <unordered_map>
+
+#include "gradus/control/clearance.hpp"
+#include "gradus/mesh/closest.hpp"
 
 namespace gradus {
 
@@ -15,6 +22,7 @@ using Eigen::Vector3d;
 
 constexpr double kSizeTolerance = 0.2;  // |ln(size / interpolated size)| at the middle of an edge that is worth a cut
 constexpr double kShortest = 1;         // metric length of edges that are never cut: the mesh could not show more
+constexpr double kHidden = 0.5;         // of the sizes at its ends, from which an edge off features may hide a smaller one
 constexpr int kMostPasses = 40;
 constexpr double kEdgeShare = 2.5;      // of the rule's chord error, that single edges of the triangulation may be cut off by
 // Squares of areas and of curvatures, and products of them with lengths, are to be doubles.
@@ -90,31 +98,113 @@ TriangulationBackground background_of(std::span<const Vector3d> points, std::spa
     return background;
 }
 
+// What a rule says beside curvature, at places of the triangulation.
+class Bounds {
+  public:
+    Bounds(const Triangulation& surface, const SizingRule& rule) : surface_(surface), rule_(rule), finder_(surface) {
+        const std::vector<int>& labels = surface.soup().labels;
+        for (const SizingRule::Region& region : rule.regions)
+            if (std::find(labels.begin(), labels.end(), region.label) == labels.end())
+                throw std::invalid_argument("no triangle has the label " + std::to_string(region.label) + "; " + labels_there(labels));
+    }
+
+    struct Bound {
+        double size;
+        Clearance faced = {};  // of the clearance that bounds it, where one does
+    };
+    /// @param size  by curvature; clearances above it are not looked for
+    Bound at(std::span<const SidedPlace> sides, double size) const {
+        Bound bound{size};
+        for (const SidedPlace& side : sides) {
+            lower(bound, rule_.feature_clearance, [&](double reach) { return finder_.feature(side, reach, reach); });
+            lower(bound, rule_.sheet_clearance, [&](double reach) { return finder_.sheet(side, reach); });
+        }
+        for (const SizingRule::Region& region : rule_.regions)
+            for (const SidedPlace& side : sides)
+                if (touches(side, region.label)) bound.size = std::min(bound.size, region.size);
+        return bound;
+    }
+
+  private:
+    static std::string labels_there(std::vector<int> labels) {
+        constexpr std::size_t kMost = 20;
+        if (labels.empty()) return "there are none";
+        std::sort(labels.begin(), labels.end());
+        labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
+        std::string text = "its labels are";
+        for (std::size_t i = 0; i < std::min(kMost, labels.size()); ++i) text += (i > 0 ? ", " : " ") + std::to_string(labels[i]);
+        return labels.size() > kMost ? text + " and more, up to " + std::to_string(labels.back()) : text;
+    }
+
+    template <class Find>
+    void lower(Bound& bound, double fraction, const Find& find) const {
+        if (fraction == 0 || bound.size <= rule_.hmin) return;
+        const Clearance clearance = find(bound.size / fraction);
+        const double size = std::max(fraction * clearance.distance, rule_.hmin);
+        if (size < bound.size) bound = {size, clearance};
+    }
+
+    bool touches(const SidedPlace& side, int label) const {
+        const std::vector<int>& labels = surface_.soup().labels;
+        bool touching = labels[side.triangle] == label;
+        if (side.wedge >= 0)
+            surface_.wedges().for_each(surface_.mesh(), side.wedge, [&](int h) { touching = touching || labels[h / 3] == label; });
+        const int g = side.half_edge >= 0 ? surface_.mesh().twin(side.half_edge) : -1;
+        return touching || (g >= 0 && labels[g / 3] == label);
+    }
+
+    const Triangulation& surface_;
+    const SizingRule& rule_;
+    ClearanceFinder finder_;
+};
+
 // The background while it is cut: curvature by corner, so that each side of a feature has its own.
 class Cutter {
   public:
     Cutter(const Triangulation& surface, const SizingRule& rule)
-        : rule_(rule), mesh_(surface.mesh()), points_(surface.soup().points), on_curve_(surface.curve_curvature()), at_corner_(3 * static_cast<std::size_t>(mesh_.num_triangles())) {
+        : surface_(surface),
+          rule_(rule),
+          bounds_(surface, rule),
+          mesh_(surface.mesh()),
+          points_(surface.soup().points),
+          on_curve_(surface.curve_curvature()),
+          at_corner_(3 * static_cast<std::size_t>(mesh_.num_triangles())),
+          source_(at_corner_.size()),
+          middle_size_(at_corner_.size(), kUnknown),
+          parent_(mesh_.num_triangles()),
+          faced_(mesh_.num_triangles()) {
         for (std::size_t h = 0; h < at_corner_.size(); ++h) at_corner_[h] = std::abs(surface.curvature()[surface.wedges().of_corner[h]].k1);
         if (rule.kind == SizingRule::Kind::ChordError) heed_edges();
-        sizes_.resize(points_.size(), rule.hmax);
-        for (int v = 0; v < mesh_.num_vertices(); ++v)
-            if (mesh_.is_live_vertex(v)) sizes_[v] = size_at(v);
+        std::iota(source_.begin(), source_.end(), 0);
+        std::iota(parent_.begin(), parent_.end(), 0);
+        std::vector<Bounds::Bound> bounds(points_.size(), {rule.hmax});
+        in_parallel(bounds.size(), [&](int v) {
+            if (mesh_.is_live_vertex(v)) bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v));
+        });
+        for (const Bounds::Bound& bound : bounds) sizes_.push_back(bound.size);
+        for (const Bounds::Bound& bound : bounds) note(bound);
     }
 
     void cut(int max_triangles) {
-        for (int pass = 0; pass < kMostPasses; ++pass) {
+        for (int pass = 0; pass < kMostPasses && mesh_.num_triangles() < max_triangles; ++pass) {
+            find_middle_sizes();
             std::vector<std::pair<double, int>> long_edges;
             for (int h = 0; h < 3 * mesh_.num_triangles(); ++h)
                 if (mesh_.twin(h) < h && needs_cut(h)) long_edges.emplace_back(-length(h), h);
-            if (long_edges.empty()) return;
+            if (long_edges.empty()) break;
             std::sort(long_edges.begin(), long_edges.end());
             // The longest first, and of a triangle's edges only its longest, so that shapes stay what they are.
             for (const auto& [minus, h] : long_edges) {
-                if (mesh_.num_triangles() >= max_triangles) return;
+                if (mesh_.num_triangles() >= max_triangles) break;
                 if (-minus == length(h) && needs_cut(h)) split(longest_around(h));
             }
         }
+        for (int t = 0; t < mesh_.num_triangles(); ++t)
+            for (const Faced& faced : faced_[t])
+                if (is_missed(t, faced)) {
+                    double& size = sizes_[nearest_corner(t, faced.point)];
+                    size = std::min(size, faced.size);
+                }
     }
 
     const std::vector<double>& sizes() const { return sizes_; }
@@ -126,7 +216,23 @@ class Cutter {
     }
 
   private:
+    static constexpr double kUnknown = -1;
+
+    // A place that another one faces, and the size that is to be there.
+    struct Faced {
+        Vector3d point;
+        double size;
+    };
+
+    template <class Work>
+    static void in_parallel(std::size_t count, const Work& work) {
+        tbb::parallel_for(tbb::blocked_range<int>(0, static_cast<int>(count), 64), [&](const auto& range) {
+            for (int i = range.begin(); i < range.end(); ++i) work(i);
+        });
+    }
+
     double length(int h) const { return (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm(); }
+
     // An edge of length h across one where two facets meet at an angle is h / 2 sin(angle / 2) off it, as long as it reaches no farther
     // than the facets: there they ask for more than the curvature, which is smoothed.
     void heed_edges() {
@@ -147,7 +253,7 @@ class Cutter {
 
     double size_of(double curvature) const { return size_from_radius(rule_, 1 / std::max(curvature, 1e-300)); }
 
-    double size_at(int v) const {
+    double curvature_size_at(int v) const {
         double largest = on_curve_[v];
         mesh_.for_each_outgoing(v, [&](int h) { largest = std::max(largest, at_corner_[h]); });
         return size_of(largest);
@@ -155,13 +261,101 @@ class Cutter {
 
     double middle_curvature(int h) const { return (at_corner_[h] + at_corner_[Connectivity::next(h)]) / 2; }
 
-    bool needs_cut(int h) const {
+    // The middle of an edge as a place of the triangulation.
+    std::vector<SidedPlace> middle_of(int h) const {
+        const Vector3d middle = (points_[mesh_.origin(h)] + points_[mesh_.target(h)]) / 2;
+        if (source_[h] >= 0) return sides_of_edge(surface_, source_[h], middle);
+        return {{middle, parent_[h / 3]}};
+    }
+
+    Bounds::Bound middle_bound(int h) const {
         const int g = mesh_.twin(h);
         double curvature = middle_curvature(h);
         if (g >= 0) curvature = std::max(curvature, middle_curvature(g));
         if (mesh_.tag(h) >= 0) curvature = std::max(curvature, (on_curve_[mesh_.origin(h)] + on_curve_[mesh_.target(h)]) / 2);
-        const double ha = sizes_[mesh_.origin(h)], hb = sizes_[mesh_.target(h)];
-        return length(h) > kShortest * std::min(ha, hb) && std::abs(std::log(size_of(curvature) / std::sqrt(ha * hb))) > kSizeTolerance;
+        return bounds_.at(middle_of(h), size_of(curvature));
+    }
+
+    void set_middle(int h, const Bounds::Bound& bound) {
+        middle_size_[h] = bound.size;
+        if (mesh_.twin(h) >= 0) middle_size_[mesh_.twin(h)] = bound.size;
+        note(bound);
+    }
+
+    double middle_size(int h) {
+        if (middle_size_[h] == kUnknown) set_middle(h, middle_bound(h));
+        return middle_size_[h];
+    }
+
+    // Between its ends an edge may be nearer to what it faces than there.
+    bool may_misrepresent(int h) const {
+        const double least = std::min(sizes_[mesh_.origin(h)], sizes_[mesh_.target(h)]);
+        return length(h) > kShortest * (mesh_.tag(h) >= 0 ? rule_.hmin : kHidden * least);
+    }
+
+    bool misrepresents(int h) {
+        if (!may_misrepresent(h)) return false;
+        const double ha = sizes_[mesh_.origin(h)], hb = sizes_[mesh_.target(h)], size = middle_size(h);
+        return length(h) > kShortest * std::min({ha, hb, size}) && std::abs(std::log(size / std::sqrt(ha * hb))) > kSizeTolerance;
+    }
+
+    // All that cutting is going to ask for at first.
+    void find_middle_sizes() {
+        std::vector<int> unknown;
+        for (int h = 0; h < 3 * mesh_.num_triangles(); ++h)
+            if (mesh_.twin(h) < h && middle_size_[h] == kUnknown && may_misrepresent(h)) unknown.push_back(h);
+        std::vector<Bounds::Bound> bounds(unknown.size(), {0});
+        in_parallel(unknown.size(), [&](int i) { bounds[i] = middle_bound(unknown[i]); });
+        for (std::size_t i = 0; i < unknown.size(); ++i) set_middle(unknown[i], bounds[i]);
+    }
+
+    bool needs_cut(int h) { return misrepresents(h) || hides_faced(h) || (mesh_.twin(h) >= 0 && hides_faced(mesh_.twin(h))); }
+
+    // The longest edge of a triangle that something faces is cut.
+    bool hides_faced(int h) const {
+        const int t = h / 3;
+        if (faced_[t].empty() || h != longest_of(t)) return false;
+        return std::any_of(faced_[t].begin(), faced_[t].end(),
+                           [&](const Faced& f) { return length(h) > kShortest * f.size && is_missed(t, f); });
+    }
+
+    bool is_missed(int t, const Faced& faced) const {
+        const Triangle v = mesh_.triangle(t);
+        const Vector3d &a = points_[v[0]], &b = points_[v[1]], &c = points_[v[2]], &q = faced.point;
+        const double weight[3] = {(c - b).cross(q - b).norm(), (a - c).cross(q - c).norm(), (b - a).cross(q - a).norm()};
+        const double whole = weight[0] + weight[1] + weight[2];
+        if (!(whole > 0)) return false;
+        double log_size = 0;
+        for (int k = 0; k < 3; ++k) log_size += weight[k] / whole * std::log(sizes_[v[k]]);
+        return log_size > std::log(faced.size) + kSizeTolerance;
+    }
+
+    int longest_of(int t) const {
+        int longest = 3 * t;
+        for (const int h : {3 * t + 1, 3 * t + 2})
+            if (length(h) > length(longest)) longest = h;
+        return longest;
+    }
+
+    int nearest_corner(int t, const Vector3d& q) const {
+        const Triangle v = mesh_.triangle(t);
+        const auto is_nearer = [&](int x, int y) { return (points_[x] - q).squaredNorm() < (points_[y] - q).squaredNorm(); };
+        return *std::min_element(v.begin(), v.end(), is_nearer);
+    }
+
+    double distance(int t, const Vector3d& q) const {
+        const Triangle v = mesh_.triangle(t);
+        return (closest_point(q, points_[v[0]], points_[v[1]], points_[v[2]]) - q).norm();
+    }
+
+    // Puts down what a bound faces, in the piece of its triangle that holds it, unless that is small.
+    void note(const Bounds::Bound& bound) {
+        if (bound.faced.triangle < 0) return;
+        int holder = bound.faced.triangle;
+        if (const auto pieces = pieces_.find(holder); pieces != pieces_.end())
+            for (const int t : pieces->second)
+                if (distance(t, bound.faced.point) < distance(holder, bound.faced.point)) holder = t;
+        if (length(longest_of(holder)) > kShortest * bound.size) faced_[holder].push_back({bound.faced.point, bound.size});
     }
 
     // The longest edge of the triangles that follow each other, each across the longest edge of the last.
@@ -180,40 +374,46 @@ class Cutter {
     }
 
     void split(int h) {
-        struct Side {
-            std::array<int, 3> vertex;
-            std::array<double, 3> curvature;
-            double middle;
-        };
-        const int a = mesh_.origin(h), b = mesh_.target(h);
-        std::vector<Side> sides;
-        for (const int side : {h, mesh_.twin(h)}) {
-            if (side < 0) continue;
-            const int n = Connectivity::next(side), p = Connectivity::prev(side);
-            sides.push_back({{mesh_.origin(side), mesh_.origin(n), mesh_.origin(p)}, {at_corner_[side], at_corner_[n], at_corner_[p]}, middle_curvature(side)});
-        }
-        const bool feature = mesh_.tag(h) >= 0;
-        const int m = mesh_.split(h);
+        const double size = middle_size(h);
+        const int a = mesh_.origin(h), b = mesh_.target(h), twin = mesh_.twin(h), known = mesh_.num_triangles();
         points_.push_back((points_[a] + points_[b]) / 2);
-        on_curve_.push_back(feature ? (on_curve_[a] + on_curve_[b]) / 2 : 0);
-        at_corner_.resize(3 * static_cast<std::size_t>(mesh_.num_triangles()));
-        mesh_.for_each_outgoing(m, [&](int e) {
-            const int n = Connectivity::next(e), p = Connectivity::prev(e);
-            // The side that has the corner opposite to the cut edge.
-            const int across = mesh_.origin(n) == a || mesh_.origin(n) == b ? mesh_.origin(p) : mesh_.origin(n);
-            const Side& side = sides.size() == 1 || sides[0].vertex[2] == across ? sides[0] : sides[1];
-            at_corner_[e] = side.middle;
-            for (const int corner : {n, p})
-                for (int k = 0; k < 3; ++k)
-                    if (side.vertex[k] == mesh_.origin(corner)) at_corner_[corner] = side.curvature[k];
-        });
-        sizes_.push_back(size_at(m));
+        on_curve_.push_back(mesh_.tag(h) >= 0 ? (on_curve_[a] + on_curve_[b]) / 2 : 0);
+        sizes_.push_back(size);
+        mesh_.split(h);
+        for (int t = known; t < mesh_.num_triangles(); ++t) divide(t == known ? h : twin, t);
     }
 
+    // Divides what is known of the triangle of half-edge h, which now ends in the new vertex, with the triangle beyond that.
+    void divide(int h, int fresh) {
+        const int t = h / 3, n = Connectivity::next(h), p = Connectivity::prev(h);
+        parent_.push_back(parent_[t]);
+        pieces_[parent_[t]].push_back(fresh);
+        const double middle = middle_curvature(h);
+        at_corner_.insert(at_corner_.end(), {middle, at_corner_[n], at_corner_[p]});
+        at_corner_[n] = middle;
+        source_.insert(source_.end(), {source_[h], source_[n], -1});
+        source_[n] = -1;
+        middle_size_.insert(middle_size_.end(), {kUnknown, middle_size_[n], kUnknown});
+        middle_size_[h] = middle_size_[n] = kUnknown;
+        faced_.emplace_back();
+        std::erase_if(faced_[t], [&](const Faced& faced) {
+            const bool beyond = distance(fresh, faced.point) < distance(t, faced.point);
+            if (beyond) faced_[fresh].push_back(faced);
+            return beyond;
+        });
+    }
+
+    const Triangulation& surface_;
     const SizingRule& rule_;
+    Bounds bounds_;
     Connectivity mesh_;
     std::vector<Vector3d> points_;
     std::vector<double> on_curve_, at_corner_, sizes_;
+    std::vector<int> source_;             // half-edge of the triangulation that holds each half-edge, or -1
+    std::vector<double> middle_size_;     // of each half-edge's edge, or kUnknown
+    std::vector<int> parent_;             // triangle of the triangulation that holds each triangle
+    std::vector<std::vector<Faced>> faced_;
+    std::unordered_map<int, std::vector<int>> pieces_;  // of the triangles of the triangulation that were cut, but the first
 };
 
 }  // namespace

@@ -112,6 +112,39 @@ std::vector<int> ClosestTriangle::within(const Eigen::Vector3d& p, double distan
     return found;
 }
 
+void ClosestTriangle::look(int index, const Cone& cone, const Accept& accept, double& squared, int& triangle) const {
+    const Node& node = nodes_[index];
+    // Farthest along the axis that a point of the box is: all of it beside the cone is nothing to look at.
+    const Eigen::Vector3d middle = (node.box.low + node.box.high) / 2 - cone.apex, half = (node.box.high - node.box.low) / 2;
+    const double height = std::abs(middle.dot(cone.axis)) + half.dot(cone.axis.cwiseAbs());
+    if (height * height < cone.cosine * cone.cosine * node.box.squared_distance(cone.apex)) return;
+    if (node.right < 0) {
+        for (int i = node.first; i < node.last; ++i) {
+            const int t = chosen_[i];
+            const Triangle& v = triangles_[t];
+            const Eigen::Vector3d q = closest_point(cone.apex, points_[v[0]], points_[v[1]], points_[v[2]]);
+            const double d = (q - cone.apex).squaredNorm();
+            if (d > squared || (d == squared && t >= triangle) || d == 0) continue;
+            if (std::abs((q - cone.apex).dot(cone.axis)) < cone.cosine * std::sqrt(d) || !accept(t, q)) continue;
+            squared = d, triangle = t;
+        }
+        return;
+    }
+    const int left = index + 1, right = node.right;
+    const double to_left = nodes_[left].box.squared_distance(cone.apex), to_right = nodes_[right].box.squared_distance(cone.apex);
+    const bool left_first = to_left <= to_right;
+    if (std::min(to_left, to_right) <= squared) look(left_first ? left : right, cone, accept, squared, triangle);
+    if (std::max(to_left, to_right) <= squared) look(left_first ? right : left, cone, accept, squared, triangle);
+}
+
+ClosestTriangle::Hit ClosestTriangle::closest_in_cone(const Cone& cone, double reach, const Accept& accept) const {
+    double squared = reach * reach;
+    int triangle = std::numeric_limits<int>::max();
+    look(0, cone, accept, squared, triangle);
+    if (triangle == std::numeric_limits<int>::max()) return {};
+    return {triangle, std::sqrt(squared)};
+}
+
 ClosestTriangle::Hit ClosestTriangle::closest(const Eigen::Vector3d& p, int near) const {
     double squared = std::numeric_limits<double>::infinity();
     int triangle = -1;

@@ -360,3 +360,44 @@ TEST_CASE("report measures a mesh against a triangulated reference", "[cli]") {
     CHECK_THAT(empty.err, Catch::Contains("none.off: holds no triangles"));
     CHECK(run(folder, "report same.obj --reference what.xyz").code == 2);
 }
+}
+
+TEST_CASE("sizes follow clearances and labels where asked", "[cli]") {
+    const TemporaryFolder folder;
+    TriangleSoup plate = triangulations::soup(triangulations::cube(8));
+    for (Eigen::Vector3d& p : plate.points) p.z() *= 0.05;
+    for (const Triangle& t : plate.triangles)
+        plate.labels.push_back(plate.points[t[0]].z() + plate.points[t[1]].z() + plate.points[t[2]].z() > 0.149 ? 5 : 2);
+    write_mesh(folder / "in.mesh", plate);
+    const std::string sizes = "--hmin 0.01 --hmax 0.2 -o map.sol --json";
+    const auto map = [&](const std::string& options) {
+        const Outcome outcome = run(folder, "sizemap in.mesh " + sizes + " " + options);
+        CAPTURE(options, outcome.err);
+        REQUIRE(outcome.code == 0);
+        return read_sizes(folder / "map.sol", plate.points.size());
+    };
+    const auto smallest = [](const std::vector<double>& h) { return *std::min_element(h.begin(), h.end()); };
+    CHECK(smallest(map("--feature-gap 0")) == Approx(0.2));
+    CHECK(smallest(map("")) == Approx(0.075));
+    CHECK(smallest(map("--feature-gap 2")) == Approx(0.1));
+    CHECK(smallest(map("--feature-gap 0 --gap 3")) == Approx(0.15));
+    const std::vector<double> region = map("--feature-gap 0 --size-region 5=0.02 --size-region 2=0.12");
+    for (std::size_t v = 0; v < region.size(); ++v) CHECK(region[v] == Approx(plate.points[v].z() > 0.049 ? 0.02 : 0.12));
+
+    const Outcome coarse = run(folder, "remesh in.mesh -o out.mesh --hmin 0.01 --hmax 0.2 --feature-gap 0 --json");
+    const Outcome fine = run(folder, "remesh in.mesh -o out.mesh --hmin 0.01 --hmax 0.2 --gap 1 --json");
+    REQUIRE((coarse.code == 0 && fine.code == 0));
+    CHECK(json::parse(fine.out)["triangles"] > 2 * json::parse(coarse.out)["triangles"].get<int>());
+    CHECK(json::parse(fine.out)["sizing"]["gap"] == 1);
+
+    const Outcome unknown = run(folder, "remesh in.mesh -o out.mesh --size-region 7=0.1");
+    CHECK(unknown.code == 1);
+    CHECK_THAT(unknown.err, Catch::Contains("label 7") && Catch::Contains("2, 5"));
+    for (const std::string wrong : {"--size-region 7", "--size-region 7=x", "--size-region 7=-1", "--gap -1", "--feature-gap nan", "--gap 1 --size map.sol"})
+        CHECK(run(folder, "remesh in.mesh -o out.mesh " + wrong).code == 2);
+    for (const std::string option : {"--gap 1", "--feature-gap 1", "--size-region 1=1"}) {
+        const Outcome patches = run(folder, "remesh some.bpt -o out.mesh " + option);
+        CHECK(patches.code == 2);
+        CHECK_THAT(patches.err, Catch::Contains("is for triangulations"));
+    }
+}

@@ -55,12 +55,13 @@ struct TriangulationBackground {
 };
 
 /// Cuts the edges of the triangulation in half where sizes between their ends are not what interpolation says: beside a small round
-/// a large flat facet is to have large elements. Curvature varies linearly along an edge, on each side of features on its own.
-/// @throws std::invalid_argument for a bad rule
+/// a large flat facet is to have large elements, and where large facets are narrow, small ones. Curvature varies linearly along an
+/// edge, on each side of features on its own; clearances are found anew at each cut.
+/// @throws std::invalid_argument for a bad rule, or a region whose label no triangle has
 TriangulationBackground make_background(const Triangulation& surface, const SizingRule& rule, int max_triangles = 20'000'000);
 
 /// Sizes by the rule at the vertices of the triangulation, at features the smallest of their sides and of the curve's own.
-/// @throws std::invalid_argument for a bad rule
+/// @throws std::invalid_argument for a bad rule, or a region whose label no triangle has
 std::vector<double> geometric_sizes(const Triangulation& surface, const SizingRule& rule);
 
 /// The triangulation itself with sizes given at its vertices.

@@ -1,6 +1,7 @@
 /// Closest triangles.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -28,6 +29,15 @@ class ClosestTriangle {
     /// All within a distance, by index.
     std::vector<int> within(const Eigen::Vector3d& p, double distance) const;
 
+    /// What is seen from its apex to either side of it, within an angle of its axis.
+    struct Cone {
+        Eigen::Vector3d apex, axis;  ///< axis: unit
+        double cosine;               ///< of that angle, > 0
+    };
+    using Accept = std::function<bool(int triangle, const Eigen::Vector3d& point)>;
+    /// The closest triangle whose point closest to the apex lies in the cone, off the apex, and is accepted; -1 where none is within reach.
+    Hit closest_in_cone(const Cone& cone, double reach, const Accept& accept) const;
+
   private:
     struct Box {
         Eigen::Vector3d low, high;
@@ -40,6 +50,7 @@ class ClosestTriangle {
     };
     int build(int first, int last);
     void descend(int node, const Eigen::Vector3d& p, double& squared, int& triangle) const;
+    void look(int node, const Cone& cone, const Accept& accept, double& squared, int& triangle) const;
 
     std::span<const Eigen::Vector3d> points_;
     std::span<const Triangle> triangles_;
