@@ -248,7 +248,7 @@ std::vector<int> all_triangles(const MeshView& mesh) {
 }  // namespace
 
 DistanceTarget::DistanceTarget(const MeshView& mesh)
-    : mesh_(mesh), neighbours_(mesh.triangles.size(), {-1, -1, -1}) {
+    : mesh_(mesh), tree_(std::make_unique<Tree>()), neighbours_(mesh.triangles.size(), {-1, -1, -1}) {
     if (mesh.triangles.empty()) throw std::invalid_argument("DistanceTarget: a surface without triangles");
     const MeshEdges edges = edges_of(mesh);
     for (int e = 0; e < edges.size(); ++e) {
@@ -261,8 +261,8 @@ DistanceTarget::DistanceTarget(const MeshView& mesh)
 }
 
 const ClosestTriangle& DistanceTarget::tree() const {
-    std::call_once(planted_, [&] { tree_.emplace(mesh_.points, mesh_.triangles, all_triangles(mesh_)); });
-    return *tree_;
+    std::call_once(tree_->planted, [&] { tree_->tree.emplace(mesh_.points, mesh_.triangles, all_triangles(mesh_)); });
+    return *tree_->tree;
 }
 
 OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSidedOptions& options) const {

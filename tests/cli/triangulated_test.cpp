@@ -360,7 +360,6 @@ TEST_CASE("report measures a mesh against a triangulated reference", "[cli]") {
     CHECK_THAT(empty.err, Catch::Contains("none.off: holds no triangles"));
     CHECK(run(folder, "report same.obj --reference what.xyz").code == 2);
 }
-}
 
 TEST_CASE("sizes follow clearances and labels where asked", "[cli]") {
     const TemporaryFolder folder;

@@ -271,7 +271,8 @@ TEST_CASE("a text of numbers is read exactly rounded", "[io][exact]") {
                   "v -1e-4000 2.2250738585072011e-308 179769313486231570000000000000000000000000000000000000000e252\n");
     CHECK(soup.points[0] == Eigen::Vector3d(0.1, 9007199254740992.0, 0));
     CHECK(soup.points[1] == Eigen::Vector3d(0, 2.2250738585072011e-308, 1.7976931348623157e308));
-    const std::string long_fortran = "0." + std::string(2000, '0') + "1d2001";
+    std::string long_fortran = "0.";
+    long_fortran.append(2000, '0').append("1d2001");
     CHECK(read_text(folder, "a.obj", "v " + long_fortran + " 0 0\n").points[0] == Eigen::Vector3d(1, 0, 0));
 }
 

@@ -4,6 +4,7 @@
 #include "gradus/mesh/closest.hpp"
 #include "gradus/quality/mesh_edges.hpp"
 
+#include <memory>
 #include <mutex>
 #include <optional>
 
@@ -69,9 +70,12 @@ class DistanceTarget {
     friend class DistanceSearch;
     const ClosestTriangle& tree() const;
 
+    struct Tree {
+        std::once_flag planted;
+        std::optional<ClosestTriangle> tree;
+    };
     MeshView mesh_;
-    mutable std::once_flag planted_;
-    mutable std::optional<ClosestTriangle> tree_;  // made when it is asked for
+    std::unique_ptr<Tree> tree_;  // made when it is asked for
     std::vector<std::array<int, 3>> neighbours_;  // across side k of each triangle, -1 where there is none or more than one
     std::vector<Eigen::Vector3d> normals_;
 };
