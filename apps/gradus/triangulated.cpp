@@ -19,6 +19,7 @@ namespace {
 constexpr double kChordShare = 0.4;    // of the chord error that sizes ask of edges: triangles are farther off than their edges
 constexpr double kBulgeShare = 0.2;    // that the smooth surface may be off the triangulation
 constexpr int kMostDrafts = 3, kMostRefinements = 16;
+constexpr int kMostAtOnePlace = 8;     // times that sizes are lowered there
 constexpr int kMostInVain = 3;
 constexpr double kProgress = 0.95;
 constexpr double kGoal = 0.8;          // of the chord error, aimed at where it was not kept
@@ -158,12 +159,13 @@ class Keeper {
         if (far.empty() || mesh_.refinements == kMostRefinements) return std::nullopt;
         std::vector<double> sizes = mesh.sizes;
         bool any = false;
-        lowered_at_.resize(surface_.soup().triangles.size(), 0);
+        lowered_at_.resize(surface_.soup().triangles.size());
         for (const TooFar& f : far) {
             // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones, where that did not do.
-            char& before = lowered_at_[mesh.places[mesh.triangles[f.triangle][0]].patch];
-            const double power = before ? 1 : 0.5;
-            before = mesh_.refinements >= kMostDrafts;
+            Lowered& before = lowered_at_[mesh.places[mesh.triangles[f.triangle][0]].patch];
+            if (before.round < mesh_.refinements) before = {mesh_.refinements, before.times + 1};
+            if (before.times > kMostAtOnePlace) continue;
+            const double power = before.times == 1 || mesh_.refinements < kMostDrafts ? 0.5 : 1;
             const double factor = std::clamp(std::pow(kGoal * chord_error / std::max(f.distance, chord_error), power), kSteepest, kLeast);
             for (const int v : mesh.triangles[f.triangle]) {
                 const double size = std::max(factor * mesh.sizes[v], hmin_);
@@ -189,7 +191,10 @@ class Keeper {
     TriangulatedMesh& mesh_;
     DistanceTarget target_;
     Proof proof_;
-    std::vector<char> lowered_at_;  // triangles of the input
+    struct Lowered {
+        int round = -1, times = 0;
+    };
+    std::vector<Lowered> lowered_at_;  // for triangles of the input, the last round that sizes were lowered there, and in how many
     std::size_t fewest_ = std::numeric_limits<std::size_t>::max();  // triangles that were too far
     double nearest_ = std::numeric_limits<double>::infinity();      // largest distance
     int in_vain_ = 0;                                               // rounds since either fell

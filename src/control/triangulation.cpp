@@ -24,6 +24,9 @@ constexpr double kSizeTolerance = 0.2;  // |ln(size / interpolated size)| at the
 constexpr double kShortest = 1;         // metric length of edges that are never cut: the mesh could not show more
 constexpr double kHidden = 0.5;         // of the sizes at its ends, from which an edge off features may hide a smaller one
 constexpr int kMostPasses = 40;
+constexpr double kFlat = 1e-3;           // of the size: two triangles are flat that rise less
+constexpr double kNearlyDelaunay = 1e-9;
+constexpr std::size_t kMostFlips = 20;  // looks at an edge, on average
 constexpr double kEdgeShare = 2.5;      // of the rule's chord error, that single edges of the triangulation may be cut off by
 // Squares of areas and of curvatures, and products of them with lengths, are to be doubles.
 constexpr double kLargestCoordinate = 1e40, kLeastDiagonal = 1e-40;
@@ -207,6 +210,27 @@ class Cutter {
                 }
     }
 
+    // Flat parts get the triangles that follow slopes best, Delaunay's: on slivers a bound on the slope of sizes says little, slowly.
+    void flatten_slivers() {
+        std::vector<int> queue;
+        std::vector<char> queued(3 * static_cast<std::size_t>(mesh_.num_triangles()), 0);
+        const auto push = [&](int h) {
+            if (mesh_.twin(h) < 0 || mesh_.tag(h) >= 0) return;
+            h = std::min(h, mesh_.twin(h));
+            if (!queued[h]) queued[h] = 1, queue.push_back(h);
+        };
+        for (int h = 0; h < 3 * mesh_.num_triangles(); ++h) push(h);
+        const std::size_t most = kMostFlips * queue.size();
+        for (std::size_t i = 0; i < queue.size() && i < most; ++i) {
+            const int h = queue[i];
+            queued[h] = 0;
+            if (!is_better_flipped(h)) continue;
+            mesh_.flip(h);
+            for (const int side : {h, mesh_.twin(h)})
+                for (const int e : {side, Connectivity::next(side), Connectivity::prev(side)}) push(e);
+        }
+    }
+
     const std::vector<double>& sizes() const { return sizes_; }
 
     TriangulationBackground result() const {
@@ -229,6 +253,23 @@ class Cutter {
         tbb::parallel_for(tbb::blocked_range<int>(0, static_cast<int>(count), 64), [&](const auto& range) {
             for (int i = range.begin(); i < range.end(); ++i) work(i);
         });
+    }
+
+    // Whether the angles opposite to the edge of h sum to more than half a turn, in two triangles that are flat and convex together.
+    bool is_better_flipped(int h) const {
+        const int g = mesh_.twin(h);
+        if (g < 0 || mesh_.tag(h) >= 0 || mesh_.valence(mesh_.origin(h)) < 4 || mesh_.valence(mesh_.target(h)) < 4) return false;
+        const Vector3d &a = points_[mesh_.origin(h)], &b = points_[mesh_.target(h)], &c = points_[mesh_.apex(h)], &d = points_[mesh_.apex(g)];
+        const auto cot = [](const Vector3d& at, const Vector3d& p, const Vector3d& q) {
+            const double area2 = (p - at).cross(q - at).norm();
+            return area2 > 0 ? (p - at).dot(q - at) / area2 : (p - at).dot(q - at) < 0 ? -1e30 : 1e30;
+        };
+        if (!(cot(c, a, b) + cot(d, a, b) < -kNearlyDelaunay)) return false;
+        const Vector3d across = (b - a).cross(d - c);
+        const double sizes = std::min(sizes_[mesh_.origin(h)], sizes_[mesh_.target(h)]);
+        if (!(std::abs((c - a).dot(across)) < kFlat * sizes * across.norm())) return false;
+        const Vector3d left = (d - c).cross(a - c), right = (b - c).cross(d - c);
+        return left.dot(right) > 0 && mesh_.find_edge(mesh_.apex(h), mesh_.apex(g)) < 0;
     }
 
     double length(int h) const { return (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm(); }
@@ -422,6 +463,7 @@ TriangulationBackground make_background(const Triangulation& surface, const Sizi
     check(rule);
     Cutter cutter(surface, rule);
     cutter.cut(max_triangles);
+    cutter.flatten_slivers();
     TriangulationBackground result = cutter.result();
     lower_to_prescribed(rule, points_of(result.background.mesh), result.sizes);
     return result;

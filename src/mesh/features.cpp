@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace gradus {
 
@@ -14,6 +15,8 @@ constexpr int kReach = 3;                // edges on either side that tell a cor
 constexpr double kRelief = 0.15;         // of the scale
 constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
 constexpr double kAlike = 3;
+constexpr double kTip = 1.2;             // angle defect of the point of a cone, radians: it opens by less than 108 degrees
+constexpr double kTipRelief = 1;         // height over the scale
 // A crease stands out where the surface beside it turns little: by this part of the crease's own turn at most, or by what that
 // exceeds kSurely by.
 constexpr double kBeside = 0.15, kSurely = 1.05;
@@ -49,8 +52,9 @@ class Finder {
         features.corner.assign(mesh_.num_vertices(), 0);
         for (const int v : known_corners) features.corner[v] = 1;
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) mesh_.set_tag(h, -1);
+        find_defects();
         for (int v = 0; v < mesh_.num_vertices(); ++v)
-            if (degree_[v] > 0 && (degree_[v] != 2 || is_turn(v))) features.corner[v] = 1;
+            if (degree_[v] > 0 ? degree_[v] != 2 || is_turn(v) : is_tip(v)) features.corner[v] = 1;
         // Chains from corner to corner, then the closed ones.
         for (const bool from_corner : {true, false})
             for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
@@ -333,6 +337,36 @@ class Finder {
         return along(far_along(v, a), v).dot(along(v, far_along(v, b))) <= straight;
     }
 
+    // What the angles around each vertex off features are short of a whole turn.
+    void find_defects() {
+        defects_.assign(mesh_.num_vertices(), 0);
+        for (int v = 0; v < mesh_.num_vertices(); ++v) {
+            if (!mesh_.is_live_vertex(v) || degree_[v] > 0) continue;
+            double sum = 0;
+            mesh_.for_each_outgoing(v, [&](int h) {
+                const Eigen::Vector3d a = along(v, mesh_.target(h)), b = along(v, mesh_.apex(h));
+                sum += std::atan2(a.cross(b).norm(), a.dot(b));
+            });
+            defects_[v] = 2 * std::numbers::pi - sum;
+        }
+    }
+
+    // The point of a cone: sharp, with no such neighbour, and high enough.
+    bool is_tip(int v) const {
+        if (!(defects_[v] > kTip)) return false;
+        Eigen::Vector3d axis(0, 0, 0);
+        double beside = 0, height = 0;
+        int count = 0;
+        for_each_edge(v, [&](int, int other) { axis += along(other, v); });
+        axis = axis.stableNormalized();
+        for_each_edge(v, [&](int, int other) {
+            beside = std::max(beside, std::abs(defects_[other]));
+            height += axis.dot(points_[v] - points_[other]);
+            ++count;
+        });
+        return beside < defects_[v] / 2 && height > count * kTipRelief * options_.scale;
+    }
+
     FeatureChain trace(int h, int from, int to, const std::vector<char>& corner, int number) {
         FeatureChain chain{{from}, false};
         int edge = h, at = to;
@@ -360,6 +394,7 @@ class Finder {
     std::vector<Eigen::Vector3d> normals_;  // of facets; zero where they have none
     std::vector<Kind> kind_;
     std::vector<int> degree_;  // feature edges per vertex
+    std::vector<double> defects_;  // per vertex off features, radians
 };
 
 }  // namespace

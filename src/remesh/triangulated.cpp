@@ -169,7 +169,7 @@ std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const Tri
         if (x.bound != Bound::Fixed) continue;
         int sides = 0;
         mesh.for_each_outgoing(v, [&](int h) { sides += mesh.tag(h) >= 0; });
-        if (sides > 1) x.lean = kAnyNormal;
+        if (sides != 1) x.lean = kAnyNormal;
     }
     return vertices;
 }

@@ -33,7 +33,7 @@ struct FeatureChain {
 
 struct Features {
     std::vector<FeatureChain> chains;
-    std::vector<char> corner;  ///< per vertex: where chains end, meet or turn
+    std::vector<char> corner;  ///< per vertex: where chains end, meet or turn, and the points of cones
 };
 
 /// What is known of the features beforehand. All may be empty.
