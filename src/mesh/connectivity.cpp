@@ -130,7 +130,9 @@ void Connectivity::undo(Journal& journal) {
         valence_[i->vertex] = i->valence;
     }
     const auto take_back = [](std::vector<int>& free, std::span<const int> allocated, std::span<const int> freed) {
-        for (const int i : freed) std::erase(free, i);
+        // What was freed last is at the end.
+        for (const int i : freed)
+            if (const auto at = std::find(free.rbegin(), free.rend(), i); at != free.rend()) free.erase(std::next(at).base());
         free.insert(free.end(), allocated.rbegin(), allocated.rend());
     };
     take_back(free_triangles_, journal.allocated_triangles, journal.freed_triangles);

@@ -16,6 +16,7 @@ constexpr double kShortest = 1 / std::numbers::sqrt2;
 constexpr double kValenceWorth = 0.15;  // energy that one unit of valence penalty is worth to a flip
 constexpr int kFitRounds = 2;
 constexpr int kMostSplitPasses = 40;
+constexpr double kMostGrowth = 2;       // of the triangles there are, or are predicted, by splitting
 constexpr double kFlat = 0.02;  // height over the size, of flips that do not leave the surface however long the edges
 constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
@@ -75,6 +76,7 @@ int flip_edges(Editor& editor, const OptimiseOptions& options, double highest = 
 // Halves the edges that are too long, the longest first; where some are much too long, as those of needles are, flips between the passes.
 void split_long(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     double longer_than = std::numeric_limits<double>::infinity();
+    const double most = kMostGrowth * std::max<double>(options.predicted, editor.mesh().num_live_triangles());
     for (int pass = 0; pass < kMostSplitPasses; ++pass) {
         auto edges = edges_where(editor, options, [&](int h) { return editor.longest_length(h) > kLongest; }, [](double l) { return l > kLongest; });
         if (edges.empty()) break;
@@ -82,6 +84,8 @@ void split_long(Editor& editor, const OptimiseOptions& options, OptimiseReport& 
         const bool last = longer_than == kLongest;
         longer_than = std::max(kLongest, std::min(longer_than, edges.front().length) / 2);
         int done = 0;
+        // Where a split leads to sizes ever smaller the mesh would grow without end.
+        if (editor.mesh().num_live_triangles() > most) break;
         for (const LengthAt& e : edges)
             if (e.length > longer_than && editor.length(e.halfedge) > longer_than && editor.split(e.halfedge) >= 0) ++done;
         report.splits += done;

@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 constexpr double kNear2 = 1e-2;  // squared: a tenth of the way is near enough
 constexpr int kMostSteps = 3;
 constexpr int kKept = 4096;      // patches
+constexpr double kMostGrowth = 1.3;  // of the number of triangles, when a mesh that could have been the last is mended
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
 Eigen::Vector2d on_halfedge(int h, double s) {
@@ -99,6 +100,45 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& tar
     Foot foot{{{best.triangle, {best.b, best.c}}, -1, 0, from.cell}, point, normal, 0};
     foot.size = control_.size(foot.point, foot.place.cell);
     return foot;
+}
+
+// Calls use(triangle, weights of its corners) for the triangles that hold a place: several where it is on an edge or at a vertex.
+template <class Use>
+void TriangleSupport::for_each_holder(const Place& place, const Use& use) const {
+    constexpr double kNone = 1e-12;  // weights below this are none
+    using Weights = std::array<double, 3>;
+    const Connectivity& mesh = surface_.mesh();
+    const auto& [triangle, uv] = place.at;
+    const Weights w{1 - uv.x() - uv.y(), uv.x(), uv.y()};
+    for (int k = 0; k < 3; ++k) {
+        if (w[k] < 1 - kNone) continue;
+        mesh.for_each_outgoing(mesh.origin(3 * triangle + k), [&](int h) {
+            Weights at{0, 0, 0};
+            at[h % 3] = 1;
+            use(h / 3, at);
+        });
+        return;
+    }
+    use(triangle, w);
+    for (int k = 0; k < 3; ++k) {
+        const int side = 3 * triangle + (k + 1) % 3, g = mesh.twin(side);
+        if (w[k] > kNone || g < 0) continue;
+        Weights at{0, 0, 0};
+        at[g % 3] = w[(k + 2) % 3];
+        at[Connectivity::next(g) % 3] = w[(k + 1) % 3];
+        use(g / 3, at);
+    }
+}
+
+std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b) const {
+    std::optional<Place> middle;
+    for_each_holder(a, [&](int triangle, const std::array<double, 3>& wa) {
+        if (middle) return;
+        for_each_holder(b, [&](int other, const std::array<double, 3>& wb) {
+            if (other == triangle && !middle) middle = {{triangle, {(wa[1] + wb[1]) / 2, (wa[2] + wb[2]) / 2}}, -1, 0, a.cell};
+        });
+    });
+    return middle ? std::optional(foot(*middle)) : std::nullopt;
 }
 
 // The half-edge under a place of a curve, and how far along it.
@@ -246,9 +286,12 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     std::unique_ptr<OwnBackground> own;
     // Drafts until one is good enough, then the whole schedule, which may find something to mend again.
     std::vector<char> active;
-    bool fitted = false;
+    bool fitted = false, final_before = false;
     for (bool draft = static_cast<bool>(recheck);;) {
-        take_report(optimise(*editor, {.fast = draft || options.fast, .goal = options.goal, .fitted = fitted, .active = std::move(active)}, clock), statistics);
+        take_report(optimise(*editor, {.fast = draft || options.fast, .goal = options.goal, .fitted = fitted, .predicted = statistics.predicted_triangles, .active = std::move(active)}, clock), statistics);
+        // Sizes are lowered in a few places by then: where that makes many triangles the mesh is tangled there, and was better before.
+        if (final_before && editor->mesh().num_live_triangles() > kMostGrowth * static_cast<double>(result.mesh.triangles.size())) return result;
+        final_before = !draft;
         fitted = draft;
         active.clear();
         result.mesh = export_mesh(surface, *support, *editor);

@@ -34,7 +34,9 @@ class Support {
     /// The point of the surface near `target`, coming from `from`: exactly on the surface, near the target only to within a tenth
     /// of the way. Nothing where the way is barred by a feature, a boundary or a pole.
     virtual std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const = 0;
-    /// The same along the curve that `from` is bound to.
+    /// The point half way between two places that are plainly on one piece of the surface; nothing where they are not.
+    virtual std::optional<Foot> between(const Place&, const Place&) const { return std::nullopt; }
+    /// As `move`, along the curve that `from` is bound to.
     virtual std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const = 0;
     /// Feature curves that continue each other smoothly form a chain, numbered from 0: vertices slide from one to the next.
     virtual int chain_of(int curve) const = 0;

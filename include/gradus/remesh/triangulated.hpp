@@ -16,6 +16,7 @@ class TriangleSupport final : public Support {
     /// All must outlive this.
     TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control);
     std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const override;
+    std::optional<Foot> between(const Place& a, const Place& b) const override;
     std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
     int chain_of(int curve) const override { return curve; }
     Foot middle(int chain, const Foot& a, const Foot& b) const override;
@@ -31,6 +32,8 @@ class TriangleSupport final : public Support {
         double end() const { return length.back(); }
     };
     std::pair<int, double> edge_at(int curve, double t) const;
+    template <class Use>
+    void for_each_holder(const Place& place, const Use& use) const;
     Place on_curve(int curve, double t, int cell) const;
     Foot foot(const Place& place) const;
     const GregoryPatch& patch(int triangle) const;
