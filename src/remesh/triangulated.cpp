@@ -132,6 +132,8 @@ void TriangleSupport::for_each_holder(const Place& place, const Use& use) const 
 
 std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b) const {
     std::optional<Place> middle;
+    const auto is_inside = [](const Place& p) { return p.at.uv.minCoeff() > 0 && p.at.uv.sum() < 1; };
+    if (is_inside(a) && is_inside(b)) return std::nullopt;
     for_each_holder(a, [&](int triangle, const std::array<double, 3>& wa) {
         if (middle) return;
         for_each_holder(b, [&](int other, const std::array<double, 3>& wb) {

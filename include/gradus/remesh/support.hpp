@@ -34,7 +34,8 @@ class Support {
     /// The point of the surface near `target`, coming from `from`: exactly on the surface, near the target only to within a tenth
     /// of the way. Nothing where the way is barred by a feature, a boundary or a pole.
     virtual std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const = 0;
-    /// The point half way between two places that are plainly on one piece of the surface; nothing where they are not.
+    /// The point half way between two places on one piece of the surface, of which one is still where the surface was given;
+    /// else nothing.
     virtual std::optional<Foot> between(const Place&, const Place&) const { return std::nullopt; }
     /// As `move`, along the curve that `from` is bound to.
     virtual std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const = 0;
