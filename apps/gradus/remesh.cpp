@@ -244,6 +244,7 @@ int run_remesh(const Options& options) {
         for (const auto& [name, seconds] : made.result.statistics.seconds) json["meshing"].push_back({{"name", name}, {"seconds", seconds}});
         print(session, json);
     }
+    if (!made.met) throw Failure(options.in + ": the mesh is written, but farther from it than the chord error asked for");
     return met ? kMet : kFailed;
 }
 

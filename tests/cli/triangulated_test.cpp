@@ -68,6 +68,7 @@ TEST_CASE("a chord error that the smallest size makes impossible is not kept, an
     CAPTURE(text.out, text.err);
     CHECK(text.code == 1);
     CHECK_THAT(text.out, Catch::Contains("NOT kept"));
+    CHECK_THAT(text.err, Catch::Contains("farther from it than the chord error"));
     CHECK(bound_between(tin(), read_mesh(folder / "out.off")) > 0.001);
     const Outcome machine = run(folder, arguments + " -o again.off --json");
     CHECK(machine.code == 1);
