@@ -292,7 +292,13 @@ Json json_of(const Triangulation& surface) {
 }
 
 Json json_of(const TriangulatedMesh& mesh) {
-    const auto side = [](const OneSidedDistance& d) { return Json{{"largest", d.largest}, {"bound", d.bound}, {"at", {d.point.x(), d.point.y(), d.point.z()}}}; };
+    // With a chord error that is kept nothing farther was looked for, and no distance is known to be attained.
+    const auto side = [](const OneSidedDistance& d) {
+        const bool attained = d.largest > 0 || d.bound == 0;
+        return Json{{"largest", attained ? Json(d.largest) : Json(nullptr)},
+                    {"bound", d.bound},
+                    {"at", attained ? Json{d.point.x(), d.point.y(), d.point.z()} : Json(nullptr)}};
+    };
     return {{"distance", {{"from_input", side(mesh.deviation.from_input)}, {"from_mesh", side(mesh.deviation.from_mesh)}}},
             {"chord_error", mesh.chord_error ? Json(*mesh.chord_error) : Json(nullptr)},
             {"chord_error_kept", mesh.chord_error ? Json(mesh.kept()) : Json(nullptr)},

@@ -84,6 +84,16 @@ class Finder {
         });
     }
 
+    // An edge at v that is wanted, with its other end; -1 where there is none.
+    template <class Wanted>
+    std::pair<int, int> follow(int v, const Wanted& wanted) const {
+        std::pair<int, int> found{-1, -1};
+        for_each_edge(v, [&](int e, int other) {
+            if (const int edge = edge_of(mesh_, e); wanted(edge)) found = {edge, other};
+        });
+        return found;
+    }
+
     void mark_certain(const KnownFeatures& known) {
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
             const int g = mesh_.twin(h);
@@ -218,11 +228,7 @@ class Finder {
             seen[h] = 1;
             for (int at : {mesh_.origin(h), mesh_.target(h)})
                 while (degree_[at] == 2) {
-                    int following = -1, beyond = -1;
-                    for_each_edge(at, [&](int e, int other) {
-                        const int edge = edge_of(mesh_, e);
-                        if (kind_[edge] == Kind::Crease && !seen[edge]) following = edge, beyond = other;
-                    });
+                    const auto [following, beyond] = follow(at, [&](int e) { return kind_[e] == Kind::Crease && !seen[e]; });
                     if (following < 0) break;
                     seen[following] = 1;
                     run.push_back(following);
@@ -256,11 +262,7 @@ class Finder {
             int at = v;
             bool joins = false;
             while (static_cast<int>(edges.size()) < options_.shortest) {
-                int following = -1, beyond = -1;
-                for_each_edge(at, [&](int e, int other) {
-                    const int edge = edge_of(mesh_, e);
-                    if (is_feature(edge) && (edges.empty() || edge != edges.back())) following = edge, beyond = other;
-                });
+                const auto [following, beyond] = follow(at, [&](int e) { return is_feature(e) && (edges.empty() || e != edges.back()); });
                 if (following < 0) break;
                 if (kind_[following] == Kind::Certain) {
                     joins = true;
@@ -378,10 +380,7 @@ class Finder {
             }
             chain.vertices.push_back(at);
             if (corner[at]) return chain;
-            int following = -1, beyond = -1;
-            for_each_edge(at, [&](int e, int other) {
-                if (is_feature(e) && mesh_.tag(e) < 0) following = e, beyond = other;
-            });
+            const auto [following, beyond] = follow(at, [&](int e) { return is_feature(e) && mesh_.tag(e) < 0; });
             if (following < 0) return chain;
             edge = following;
             at = beyond;

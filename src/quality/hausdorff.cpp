@@ -275,8 +275,8 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
         tbb::parallel_for(tbb::blocked_range<int>(0, num_triangles, 256), [&](const auto& range) {
             Witnesses unused;
             for (int t = range.begin(); t < range.end(); ++t) {
-                if (!open[t]) continue;
                 const auto& [a, b, c] = from.triangles[t];
+                if (!open[t] || options.near[a] < 0) continue;
                 Witnesses& witnesses = options.witnesses.empty() ? unused : options.witnesses[t];
                 open[t] = !search.keeps_limit(from.points[a], from.points[b], from.points[c], options.near[a], found[t].bound, witnesses);
             }

@@ -87,7 +87,6 @@ Reference::Reference(const MeshView& surface)
     : surface_(checked(surface, "the reference")),
       diagonal_(diagonal_of(surface)),
       normals_(normals_of(surface)),
-      tree_(surface.points, surface.triangles, all_of(surface)),
       facing_(facing_of(surface, normals_)),
       target_(surface) {}
 
@@ -112,7 +111,7 @@ DistanceReport Reference::measure_distance(const MeshView& mesh, const MeshEdges
     const auto distances = [&](std::size_t count, const auto& point, const auto& index, Worst& worst) {
         std::vector<double> values(count);
         for_each_of(count, [&](std::size_t i, int near) {
-            const auto hit = tree_.closest(point(i), near);
+            const auto hit = target_.closest(point(i), near);
             values[i] = diagonal_ > 0 ? hit.distance / diagonal_ : hit.distance;
             return hit.triangle;
         });

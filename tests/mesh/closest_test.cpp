@@ -37,18 +37,32 @@ TEST_CASE("the closest point of a triangle is on it, and no point of it is close
     CHECK(closest_point({3, -1, 0}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}) == Eigen::Vector3d(1, 0, 0));
 }
 
+namespace {
+
+// Small triangles here and there, and two of three of them.
+struct Scattered {
+    std::vector<Eigen::Vector3d> points = {};
+    std::vector<Triangle> triangles = {};
+    std::vector<int> chosen = {};
+};
+
+Scattered scattered(Random& random, int count) {
+    Scattered s;
+    for (int t = 0; t < count; ++t) {
+        const Eigen::Vector3d middle = random.point();
+        for (int k = 0; k < 3; ++k) s.points.push_back(middle + 0.1 * random.point());
+        s.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+        if (t % 3 != 1) s.chosen.push_back(t);
+    }
+    return s;
+}
+
+}  // namespace
+
 TEST_CASE("the tree finds the triangle that brute force finds", "[property]") {
     Random random;
     const int count = GENERATE(1, 2, 5, 300);
-    std::vector<Eigen::Vector3d> points;
-    std::vector<Triangle> triangles;
-    std::vector<int> chosen;
-    for (int t = 0; t < count; ++t) {
-        const Eigen::Vector3d middle = random.point();
-        for (int k = 0; k < 3; ++k) points.push_back(middle + 0.1 * random.point());
-        triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
-        if (t % 3 != 1) chosen.push_back(t);
-    }
+    const auto [points, triangles, chosen] = scattered(random, count);
     const ClosestTriangle tree(points, triangles, chosen);
     for (int round = 0; round < 100; ++round) {
         const Eigen::Vector3d p = 1.5 * random.point();
@@ -78,15 +92,7 @@ TEST_CASE("connected parts are numbered by their first vertices", "[exact]") {
 TEST_CASE("the tree finds all triangles within a distance", "[property]") {
     Random random;
     const int count = GENERATE(1, 5, 300);
-    std::vector<Eigen::Vector3d> points;
-    std::vector<Triangle> triangles;
-    std::vector<int> chosen;
-    for (int t = 0; t < count; ++t) {
-        const Eigen::Vector3d middle = random.point();
-        for (int k = 0; k < 3; ++k) points.push_back(middle + 0.1 * random.point());
-        triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
-        if (t % 3 != 1) chosen.push_back(t);
-    }
+    const auto [points, triangles, chosen] = scattered(random, count);
     const ClosestTriangle tree(points, triangles, chosen);
     for (int round = 0; round < 50; ++round) {
         const Eigen::Vector3d p = random.point();

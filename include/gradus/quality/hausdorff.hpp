@@ -29,7 +29,7 @@ struct Witnesses {
 struct OneSidedOptions {
     double limit = 0;             ///< distances proved to be at most this need no closer look; 0: all do
     double precision = 0.02;      ///< of the largest distance, or a billionth of the extent: its bounds are this close together
-    std::span<const int> near{};  ///< for each vertex a triangle of the target that is near it, which saves time; or empty
+    std::span<const int> near{};  ///< for each vertex a triangle of the target that is near it, or -1, which saves time; or empty
     std::span<const char> skip{}; ///< triangles that need no look, or empty
     std::span<Witnesses> witnesses{};  ///< with a limit: filled in for each triangle that was looked at; or empty
 };

@@ -64,7 +64,6 @@ class Reference {
     MeshView surface_;
     double diagonal_;
     std::vector<Eigen::Vector3d> normals_;   // of facets, unit; zero where there is none
-    ClosestTriangle tree_;                   // of all facets
     std::optional<ClosestTriangle> facing_;  // of those that have a normal
     DistanceTarget target_;
 };
