@@ -1,5 +1,7 @@
 #include "support/valid_files.hpp"
 
+#include <fmt/format.h>
+
 #include "gradus/io/input_file.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/vtu.hpp"
@@ -136,8 +138,9 @@ std::vector<ValidFile> valid_size_files() {
     const TemporaryFolder folder;
     std::vector<ValidFile> files;
     for (const char* extension : {".sol", ".solb"}) {
-        gradus::write_sizes(folder / ("a" + std::string(extension)), std::vector<double>(kSizesInFile, 0.3));
-        files.push_back({extension, gradus::read_file(folder / ("a" + std::string(extension)))});
+        const std::filesystem::path path = folder / fmt::format("a{}", extension);
+        gradus::write_sizes(path, std::vector<double>(kSizesInFile, 0.3));
+        files.push_back({extension, gradus::read_file(path)});
     }
     return files;
 }
