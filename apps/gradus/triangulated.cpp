@@ -17,6 +17,7 @@ namespace gradus::app {
 namespace {
 
 constexpr double kChordShare = 0.4;    // of the chord error that sizes ask of edges: triangles are farther off than their edges
+constexpr double kMostTurn = std::numbers::pi / 3;  // of a curve no larger than the chord error, within one edge
 constexpr double kBulgeShare = 0.2;    // that the smooth surface may be off the triangulation
 constexpr int kMostDrafts = 3, kMostRefinements = 16;
 constexpr int kMostAtOnePlace = 8;     // times that sizes are lowered there
@@ -241,7 +242,10 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     TriangulatedMesh mesh;
     if (rule.kind == SizingRule::Kind::ChordError) mesh.chord_error = rule.value;
     SizingRule asked = rule;
-    if (mesh.chord_error) asked.value *= kChordShare;
+    if (mesh.chord_error) {
+        asked.value *= kChordShare;
+        asked.most_turn = kMostTurn;
+    }
     TriangulationBackground map = stages.run("background", [&] {
         return sizes.empty() ? make_background(surface, asked, static_cast<int>(options.max_triangles)) : make_background(surface, sizes);
     });

@@ -20,6 +20,7 @@ void check(const SizingRule& rule) {
             require(rule.value > 0 && rule.value <= std::numbers::pi, "normal angle (radians)", rule.value, "in (0, pi]");
             break;
     }
+    require(rule.most_turn > 0 && rule.most_turn <= std::numbers::pi, "most turn (radians)", rule.most_turn, "in (0, pi]");
     require(rule.hmin >= 0 && std::isfinite(rule.hmin), "hmin", rule.hmin, "0 or more");
     require(rule.hmax > 0, "hmax", rule.hmax, "positive");
     require(rule.hmin <= rule.hmax, "hmin", rule.hmin, "no larger than hmax = " + std::to_string(rule.hmax));
@@ -42,6 +43,7 @@ double size_from_radius(const SizingRule& rule, double rho) {
         case SizingRule::Kind::ChordError: h = rho > rule.value ? 2 * std::sqrt(rule.value * (2 * rho - rule.value)) : 2 * rho; break;
         case SizingRule::Kind::NormalAngle: h = 2 * rho * std::sin(rule.value / 2); break;
     }
+    if (rule.most_turn < std::numbers::pi) h = std::min(h, 2 * rho * std::sin(rule.most_turn / 2));
     return std::clamp(h, rule.hmin, rule.hmax);
 }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr int kMostSpokes = 40;      // vertices of higher valence are left to flips first
 constexpr double kStillMoves = 2e-3; // moves below this fraction of the size are not worth making
 constexpr int kPairRounds = 4;
-constexpr double kFarthestFoot2 = 0.09;   // squared, over the edge that is split: its parts are to be shorter than the whole
+constexpr double kLongestHalf2 = 0.72;    // squared, over the edge that is split
 constexpr double kFarthestMiddle2 = 0.3;  // the same on a feature curve, which may be half a circle
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
 constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
@@ -322,9 +322,10 @@ int Editor::split(int h) {
         if ((m.p - (va.p + vb.p) / 2).squaredNorm() > kFarthestMiddle2 * (va.p - vb.p).squaredNorm()) return -1;
     } else {
         const Eigen::Vector3d middle = (va.p + vb.p) / 2;
-        // Two vertices on features may be on one triangle of either side of them.
-        std::optional<Foot> foot;
-        if (va.bound == Bound::Free || vb.bound == Bound::Free) foot = support_.between(va.place, vb.place);
+        const auto facing = [&](int side) {
+            return (vb.p - va.p).cross(vertices_[mesh_.apex(side)].p - va.p).stableNormalized();
+        };
+        std::optional<Foot> foot = support_.between(va.place, vb.place, facing(h) - facing(mesh_.twin(h)));
         if (!foot) {
             const bool from_b = va.bound != Bound::Free && vb.bound == Bound::Free;
             foot = support_.move(from_b ? vb.place : va.place, middle);
@@ -332,7 +333,7 @@ int Editor::split(int h) {
             if (!foot) return -1;
         }
         // On a sharply curved part the middle of the chord may be reached on another sheet.
-        if ((foot->point - middle).squaredNorm() > kFarthestFoot2 * (va.p - vb.p).squaredNorm()) return -1;
+        if (std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) > kLongestHalf2 * (va.p - vb.p).squaredNorm()) return -1;
         take_foot(m, *foot);
     }
     const int g = mesh_.twin(h);

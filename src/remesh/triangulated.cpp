@@ -15,6 +15,10 @@ using Eigen::Vector3d;
 
 constexpr double kNear2 = 1e-2;  // squared: a tenth of the way is near enough
 constexpr int kMostSteps = 3;
+constexpr double kLongestSection = 2.5;  // between two places, over their distance
+constexpr double kFold = 0.77;           // cosine of the turn of an edge (40 degrees) that counts as a fold
+constexpr double kNearFold = 0.25;       // over the size
+constexpr int kMostNear = 64;            // triangles
 constexpr int kKept = 4096;      // patches
 constexpr double kMostGrowth = 1.3;  // of the number of triangles, when a mesh that could have been the last is mended
 
@@ -41,6 +45,55 @@ TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& f
         }
         curves_.push_back(std::move(curve));
     }
+    find_folds();
+}
+
+void TriangleSupport::find_folds() {
+    const Connectivity& mesh = surface_.mesh();
+    const int n = mesh.num_triangles();
+    std::vector<Vector3d> normal(n);
+    for (int t = 0; t < n; ++t) {
+        const Triangle v = mesh.triangle(t);
+        normal[t] = (surface_.points()[v[1]] - surface_.points()[v[0]]).cross(surface_.points()[v[2]] - surface_.points()[v[0]]).stableNormalized();
+    }
+    folded_.assign(n, 0);
+    for (int h = 0; h < 3 * n; ++h) {
+        const int g = mesh.twin(h);
+        if (g < h || mesh.tag(h) >= 0 || normal[h / 3].dot(normal[g / 3]) > kFold) continue;
+        for (const int v : {mesh.origin(h), mesh.target(h)}) mesh.for_each_outgoing(v, [&](int e) { folded_[e / 3] = 1; });
+    }
+    for (int ring = 0; ring < 2; ++ring) {
+        std::vector<char> wider = folded_;
+        for (int t = 0; t < n; ++t)
+            if (folded_[t]) for (int k = 0; k < 3; ++k) mesh.for_each_outgoing(mesh.origin(3 * t + k), [&](int e) { wider[e / 3] = 1; });
+        folded_ = std::move(wider);
+    }
+}
+
+// Where the surface folds within much less than the size its normal is that between the sides of the fold.
+void TriangleSupport::spread_normals(Foot& foot) const {
+    const Connectivity& mesh = surface_.mesh();
+    const double reach2 = kNearFold * kNearFold * foot.size * foot.size;
+    near_.assign({foot.place.at.patch});
+    for (std::size_t i = 0; i < near_.size() && near_.size() < kMostNear; ++i)
+        for (int h = 3 * near_[i]; h < 3 * near_[i] + 3; ++h) {
+            const int g = mesh.twin(h);
+            if (g < 0 || mesh.tag(h) >= 0 || std::find(near_.begin(), near_.end(), g / 3) != near_.end()) continue;
+            if (surface_.within(g / 3, foot.point).distance2 < reach2) near_.push_back(g / 3);
+        }
+    const auto normal = [&](int t) {
+        const Triangle v = mesh.triangle(t);
+        return Vector3d((surface_.points()[v[1]] - surface_.points()[v[0]]).cross(surface_.points()[v[2]] - surface_.points()[v[0]]).stableNormalized());
+    };
+    const auto farthest_from = [&](const Vector3d& n) {
+        Vector3d farthest = n;
+        double least = 1;
+        for (const int t : near_)
+            if (const Vector3d m = normal(t); m.dot(n) < least) least = m.dot(n), farthest = m;
+        return farthest;
+    };
+    const Vector3d one = farthest_from(foot.normal), other = farthest_from(one);
+    if (one.dot(other) < kFold) between_sides(one, other, foot);
 }
 
 const GregoryPatch& TriangleSupport::patch(int triangle) const {
@@ -53,7 +106,10 @@ Foot TriangleSupport::foot(const Place& place) const {
     const auto& [triangle, uv] = place.at;
     Foot foot{place, patch(triangle).point(uv.x(), uv.y()), patch(triangle).normal(uv.x(), uv.y()), 0};
     foot.size = control_.size(foot.point, foot.place.cell);
-    if (place.curve < 0) return foot;
+    if (place.curve < 0) {
+        if (folded_[triangle]) spread_normals(foot);
+        return foot;
+    }
     // The same point of the curve as the triangle on the other side has it.
     const auto [h, s] = edge_at(place.curve, place.t);
     if (const int g = surface_.mesh().twin(h); g >= 0) {
@@ -99,6 +155,7 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& tar
     }
     Foot foot{{{best.triangle, {best.b, best.c}}, -1, 0, from.cell}, point, normal, 0};
     foot.size = control_.size(foot.point, foot.place.cell);
+    if (folded_[best.triangle]) spread_normals(foot);
     return foot;
 }
 
@@ -130,15 +187,81 @@ void TriangleSupport::for_each_holder(const Place& place, const Use& use) const 
     }
 }
 
-std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b) const {
+Vector3d TriangleSupport::on_facet(int triangle, const std::array<double, 3>& weights) const {
+    const auto points = surface_.points();
+    const Triangle v = surface_.mesh().triangle(triangle);
+    return weights[0] * points[v[0]] + weights[1] * points[v[1]] + weights[2] * points[v[2]];
+}
+
+std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, const Vector3d& up) const {
+    using Weights = std::array<double, 3>;
+    const Connectivity& mesh = surface_.mesh();
+    const auto points = surface_.points();
+    const auto weights = [](const Place& p) { return Weights{1 - p.at.uv.x() - p.at.uv.y(), p.at.uv.x(), p.at.uv.y()}; };
+    const Vector3d from = on_facet(a.at.patch, weights(a)), to = on_facet(b.at.patch, weights(b));
+    const Vector3d along = to - from, across = along.cross(up);
+    const double most = kLongestSection * along.norm();
+    const auto height = [&](int v) { return across.dot(points[v] - from); };
+    // Where an edge that the plane cuts is cut, from its origin.
+    const auto cut = [&](int h) {
+        const double s0 = height(mesh.origin(h)), s1 = height(mesh.target(h));
+        return s0 / (s0 - s1);
+    };
+    const auto on_edge = [&](int h, double s) { return Vector3d((1 - s) * points[mesh.origin(h)] + s * points[mesh.target(h)]); };
+    const auto is_cut = [&](int h) { return (height(mesh.origin(h)) >= 0) != (height(mesh.target(h)) >= 0); };
+
+    // Of the sections that reach the goal the one that looks up where it is half way.
+    double best = 0;
     std::optional<Place> middle;
-    const auto is_inside = [](const Place& p) { return p.at.uv.minCoeff() > 0 && p.at.uv.sum() < 1; };
-    if (is_inside(a) && is_inside(b)) return std::nullopt;
-    for_each_holder(a, [&](int triangle, const std::array<double, 3>& wa) {
-        if (middle) return;
-        for_each_holder(b, [&](int other, const std::array<double, 3>& wb) {
-            if (other == triangle && !middle) middle = {{triangle, {(wa[1] + wb[1]) / 2, (wa[2] + wb[2]) / 2}}, -1, 0, a.cell};
-        });
+    const auto offer = [&](int triangle, const Vector3d& p) {
+        const Triangle v = mesh.triangle(triangle);
+        const Vector3d n = (points[v[1]] - points[v[0]]).cross(points[v[2]] - points[v[0]]);
+        const double looks_up = n.normalized().dot(up);
+        if (!(looks_up > best)) return;
+        best = looks_up;
+        const auto closest = surface_.within(triangle, p);
+        middle = {{triangle, {closest.b, closest.c}}, -1, 0, a.cell};
+    };
+    goals_.clear();
+    for_each_holder(b, [&](int triangle, const Weights&) { goals_.push_back(triangle); });
+    const auto is_goal = [&](int triangle) { return std::find(goals_.begin(), goals_.end(), triangle) != goals_.end(); };
+    for_each_holder(a, [&](int first, const Weights& w) {
+        if (is_goal(first)) return offer(first, (from + to) / 2);
+        for (int k = 0; k < 3; ++k) {
+            int h = 3 * first + (k + 1) % 3;
+            if (w[k] == 0 || !is_cut(h)) continue;
+            // From here on triangle after triangle.
+            section_.clear();
+            Vector3d here = from;
+            double length = 0;
+            while (true) {
+                const Vector3d next = on_edge(h, cut(h));
+                if (section_.empty() && (next - from).dot(along) <= 0) break;
+                length += (next - here).norm();
+                section_.push_back({h / 3, here});
+                here = next;
+                if (mesh.tag(h) >= 0 || mesh.twin(h) < 0 || length > most) break;
+                const int g = mesh.twin(h);
+                if (is_goal(g / 3)) {
+                    length += (to - here).norm();
+                    section_.push_back({g / 3, here});
+                    // Back to the part with the middle.
+                    double left = length / 2;
+                    Vector3d end = to;
+                    for (auto part = section_.rbegin(); part != section_.rend(); ++part) {
+                        const double l = (end - part->begin).norm();
+                        if (left <= l || part + 1 == section_.rend()) {
+                            offer(part->triangle, l > 0 ? Vector3d(end + std::min(1.0, left / l) * (part->begin - end)) : end);
+                            break;
+                        }
+                        left -= l;
+                        end = part->begin;
+                    }
+                    break;
+                }
+                h = is_cut(Connectivity::next(g)) ? Connectivity::next(g) : Connectivity::prev(g);
+            }
+        }
     });
     return middle ? std::optional(foot(*middle)) : std::nullopt;
 }

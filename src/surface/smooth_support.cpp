@@ -229,6 +229,12 @@ Vector3d GregoryPatch::point(double b, double c) const {
     return sum;
 }
 
+SmoothSupport::Foot SmoothSupport::within(int triangle, const Vector3d& p) const {
+    const Triangle v = mesh_->triangle(triangle);
+    const Closest at = closest_in(p, points_[v[0]], points_[v[1]], points_[v[2]]);
+    return {triangle, at.b, at.c, false, at.distance2};
+}
+
 SmoothSupport::Foot SmoothSupport::walk(int triangle, const Vector3d& p) const {
     const Connectivity& mesh = *mesh_;
     const auto look = [&](int t) {

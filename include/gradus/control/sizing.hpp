@@ -4,6 +4,7 @@
 #include "gradus/control/background.hpp"
 
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <vector>
@@ -21,6 +22,7 @@ struct SizingRule {
     };
     Kind kind = Kind::Proportional;
     double value = 0.3;
+    double most_turn = std::numbers::pi;                    ///< as the value of NormalAngle, beside any kind; pi: unbounded
     double hmin = 0;                                        ///< unit of length, >= 0
     double hmax = std::numeric_limits<double>::infinity();  ///< unit of length, > hmin
 

@@ -34,9 +34,9 @@ class Support {
     /// The point of the surface near `target`, coming from `from`: exactly on the surface, near the target only to within a tenth
     /// of the way. Nothing where the way is barred by a feature, a boundary or a pole.
     virtual std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const = 0;
-    /// The point half way between two places on one piece of the surface, of which one is still where the surface was given;
-    /// else nothing.
-    virtual std::optional<Foot> between(const Place&, const Place&) const { return std::nullopt; }
+    /// The point half way between two places along the section of the surface by the plane through them and `up`, a direction out of
+    /// the surface there; nothing where no section leads from one to the other, or none is known.
+    virtual std::optional<Foot> between(const Place&, const Place&, const Eigen::Vector3d& /*up*/) const { return std::nullopt; }
     /// As `move`, along the curve that `from` is bound to.
     virtual std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const = 0;
     /// Feature curves that continue each other smoothly form a chain, numbered from 0: vertices slide from one to the next.

@@ -16,7 +16,7 @@ class TriangleSupport final : public Support {
     /// All must outlive this.
     TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control);
     std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const override;
-    std::optional<Foot> between(const Place& a, const Place& b) const override;
+    std::optional<Foot> between(const Place& a, const Place& b, const Eigen::Vector3d& up) const override;
     std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
     int chain_of(int curve) const override { return curve; }
     Foot middle(int chain, const Foot& a, const Foot& b) const override;
@@ -34,8 +34,11 @@ class TriangleSupport final : public Support {
     std::pair<int, double> edge_at(int curve, double t) const;
     template <class Use>
     void for_each_holder(const Place& place, const Use& use) const;
+    Eigen::Vector3d on_facet(int triangle, const std::array<double, 3>& weights) const;
     Place on_curve(int curve, double t, int cell) const;
     Foot foot(const Place& place) const;
+    void find_folds();
+    void spread_normals(Foot& foot) const;
     const GregoryPatch& patch(int triangle) const;
 
     const SmoothSupport& surface_;
@@ -48,6 +51,14 @@ class TriangleSupport final : public Support {
         GregoryPatch patch;
     };
     mutable std::vector<Kept> kept_;
+    struct Part {
+        int triangle;
+        Eigen::Vector3d begin;
+    };
+    std::vector<char> folded_;  // triangles near an edge that is no feature and yet turns within much less than the size
+    mutable std::vector<int> near_;      // room for `spread_normals`
+    mutable std::vector<Part> section_;  // room for `between`
+    mutable std::vector<int> goals_;
     std::vector<std::pair<int, double>> curve_of_;  // of each vertex inside a chain: chain and arc length; else -1
 };
 

@@ -52,6 +52,8 @@ class SmoothSupport {
     };
     /// The facet closest to p among those reached from `triangle` by ever closer ones, without crossing a feature.
     Foot walk(int triangle, const Eigen::Vector3d& p) const;
+    /// The same of one facet alone.
+    Foot within(int triangle, const Eigen::Vector3d& p) const;
 
     const Connectivity& mesh() const { return *mesh_; }
     std::span<const Eigen::Vector3d> points() const { return points_; }
