@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "files.hpp"
+#include "gradus/gradation/gradient.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/mesh/diagnose.hpp"
 
@@ -22,9 +23,10 @@ constexpr double kBulgeShare = 0.2;    // that the smooth surface may be off the
 constexpr int kMostDrafts = 3, kMostRefinements = 16;
 constexpr int kMostAtOnePlace = 8;     // times that sizes are lowered there
 constexpr int kMostInVain = 3;
+constexpr double kFewFar = 0.01;      // of the triangles, too far off in a draft that is good enough
 constexpr double kProgress = 0.95;
 constexpr double kGoal = 0.8;          // of the chord error, aimed at where it was not kept
-constexpr double kSteepest = 0.35, kLeast = 0.85;  // change of sizes there
+constexpr double kSteepest = 0.35, kLeastInDrafts = 0.85, kLeast = 0.75;  // change of sizes there
 constexpr double kCoarsePrecision = 0.1;  // of those that tell how far to lower sizes
 constexpr double kPrecision = 0.01;    // of the distances reported
 constexpr double kFinest = 0.1;        // of the default hmin, down to which sizes go to keep a chord error
@@ -45,8 +47,9 @@ class Keeper {
     // Sizes at the vertices of a draft to go on with; nothing where its triangles keep the chord error.
     std::optional<std::vector<double>> refine_draft(const SurfaceMesh& mesh, double chord_error) {
         if (mesh_.refinements == kMostDrafts) return std::nullopt;
-        const OneSidedDistance found = target_.measure_from({mesh.points, mesh.triangles}, {.limit = chord_error, .precision = kCoarsePrecision, .near = triangles_under(mesh)});
-        return lowered(mesh, found.beyond, chord_error);
+        const std::vector<TooFar> far = prove_from_mesh(mesh, chord_error, same_triangles(proof_.mesh, mesh));
+        if (static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size())) return std::nullopt;
+        return lowered(mesh, far, chord_error, kLeastInDrafts);
     }
 
     // The same for a mesh that may be the last.
@@ -59,7 +62,12 @@ class Keeper {
         nearest_ = std::min(nearest_, mesh_.deviation.bound());
         in_vain_ = better ? 0 : in_vain_ + 1;
         if (in_vain_ == kMostInVain) return std::nullopt;
-        return lowered(mesh, far, chord_error);
+        return lowered(mesh, far, chord_error, kLeast);
+    }
+
+    // The gradation of the map that the mesh has at the end.
+    void measure_map() {
+        if (!last_map_.points.empty()) measure_graded(make_mesh(last_map_.points, last_map_.triangles), last_map_.sizes, *gradation_, *mesh_.gradation);
     }
 
   private:
@@ -90,34 +98,45 @@ class Keeper {
         return over;
     }
 
-    // Proves the distance both ways, anew only where the mesh is not that of the last proof. @returns the triangles of the mesh
-    // that are too far off, or that too distant ones of the input are closest to
-    std::vector<TooFar> prove(const SurfaceMesh& mesh, double limit) {
-        const MeshView input{surface_.soup().points, surface_.soup().triangles}, output{mesh.points, mesh.triangles};
-        const std::vector<int> now = same_triangles(proof_.mesh, mesh);
-        std::vector<char> mesh_kept(mesh.triangles.size(), 0), input_kept(input.triangles.size(), 0);
+    // Proves that triangles of the mesh are within the limit of the input, those anew that were not proved before. @returns the others
+    // @param now  for each triangle of the last mesh that was proved its number in this one, or -1
+    std::vector<TooFar> prove_from_mesh(const SurfaceMesh& mesh, double limit, const std::vector<int>& now) {
+        std::vector<char> kept(mesh.triangles.size(), 0);
         for (std::size_t t = 0; t < now.size(); ++t)
-            if (now[t] >= 0 && proof_.kept[t]) mesh_kept[now[t]] = 1;
+            if (now[t] >= 0 && proof_.kept[t]) kept[now[t]] = 1;
+        OneSidedDistance& found = mesh_.deviation.from_mesh;
+        found = target_.measure_from({mesh.points, mesh.triangles}, {.limit = limit, .precision = kCoarsePrecision, .near = triangles_under(mesh), .skip = kept});
+        proof_.kept.assign(mesh.triangles.size(), 1);
+        for (const TooFar& f : found.beyond) proof_.kept[f.triangle] = 0;
+        proof_.mesh = mesh;
+        include_kept(found, limit);
+        return found.beyond;
+    }
+
+    // The same both ways. @returns the triangles of the mesh that are too far off, or that too distant ones of the input are closest to
+    std::vector<TooFar> prove(const SurfaceMesh& mesh, double limit) {
+        const MeshView input{surface_.soup().points, surface_.soup().triangles};
+        const std::vector<int> now = same_triangles(proof_.mesh, mesh);
+        std::vector<TooFar> far = prove_from_mesh(mesh, limit, now);
+        std::vector<char> kept(input.triangles.size(), 0);
         proof_.witnesses.resize(input.triangles.size());
         for (std::size_t t = 0; t < input.triangles.size(); ++t) {
             Witnesses& w = proof_.witnesses[t];
             for (int i = 0; i < w.size && w.proved; ++i) w.proved = (w[i] = now[w[i]]) >= 0;
-            input_kept[t] = w.proved;
+            kept[t] = w.proved;
         }
-        Deviation& found = mesh_.deviation;
-        found.from_mesh = target_.measure_from(output, {.limit = limit, .precision = kCoarsePrecision, .near = triangles_under(mesh), .skip = mesh_kept});
-        found.from_input = DistanceTarget(output).measure_from(
-            input, {.limit = limit, .precision = kCoarsePrecision, .near = triangles_over(mesh), .skip = input_kept, .witnesses = proof_.witnesses});
-        // What was proved before holds within the limit.
-        proof_.bound_of_kept = std::max({proof_.bound_of_kept, std::min(limit, found.from_mesh.bound), std::min(limit, found.from_input.bound)});
-        found.from_mesh.bound = std::max(found.from_mesh.bound, proof_.bound_of_kept);
-        found.from_input.bound = std::max(found.from_input.bound, proof_.bound_of_kept);
-        proof_.kept.assign(mesh.triangles.size(), 1);
-        for (const TooFar& f : found.from_mesh.beyond) proof_.kept[f.triangle] = 0;
-        proof_.mesh = mesh;
-        std::vector<TooFar> far = found.from_mesh.beyond;
-        for (const TooFar& f : found.from_input.beyond) far.push_back({f.nearest, f.distance, f.point, f.triangle});
+        OneSidedDistance& found = mesh_.deviation.from_input;
+        found = DistanceTarget({mesh.points, mesh.triangles})
+                    .measure_from(input, {.limit = limit, .precision = kCoarsePrecision, .near = triangles_over(mesh), .skip = kept, .witnesses = proof_.witnesses});
+        include_kept(found, limit);
+        for (const TooFar& f : found.beyond) far.push_back({f.nearest, f.distance, f.point, f.triangle});
         return far;
+    }
+
+    // What was proved before holds within the limit.
+    void include_kept(OneSidedDistance& found, double limit) {
+        proof_.bound_of_kept = std::max(proof_.bound_of_kept, std::min(limit, found.bound));
+        found.bound = std::max(found.bound, proof_.bound_of_kept);
     }
 
     // For each triangle of one mesh that with the same corners in another, or -1.
@@ -156,7 +175,7 @@ class Keeper {
     }
 
     // Sizes of a mesh, lower at the triangles that are too far off; nothing where none can be.
-    std::optional<std::vector<double>> lowered(const SurfaceMesh& mesh, const std::vector<TooFar>& far, double chord_error) {
+    std::optional<std::vector<double>> lowered(const SurfaceMesh& mesh, const std::vector<TooFar>& far, double chord_error, double least) {
         if (far.empty() || mesh_.refinements == kMostRefinements) return std::nullopt;
         std::vector<double> sizes = mesh.sizes;
         bool any = false;
@@ -167,7 +186,7 @@ class Keeper {
             if (before.round < mesh_.refinements) before = {mesh_.refinements, before.times + 1};
             if (before.times > kMostAtOnePlace) continue;
             const double power = before.times == 1 || mesh_.refinements < kMostDrafts ? 0.5 : 1;
-            const double factor = std::clamp(std::pow(kGoal * chord_error / std::max(f.distance, chord_error), power), kSteepest, kLeast);
+            const double factor = std::clamp(std::pow(kGoal * chord_error / std::max(f.distance, chord_error), power), kSteepest, least);
             for (const int v : mesh.triangles[f.triangle]) {
                 const double size = std::max(factor * mesh.sizes[v], hmin_);
                 if (size < sizes[v]) sizes[v] = size, any = true;
@@ -175,7 +194,11 @@ class Keeper {
         }
         if (!any) return std::nullopt;
         ++mesh_.refinements;
-        if (gradation_) mesh_.gradation = grade(make_mesh(mesh.points, mesh.triangles), sizes, *gradation_);
+        if (gradation_) {
+            if (gradation_->method == GradationMethod::Full) limit_gradient(mesh.points, mesh.triangles, gradient_bound(*gradation_), sizes);
+            else grade(make_mesh(mesh.points, mesh.triangles), sizes, *gradation_);
+            last_map_ = {mesh.points, mesh.triangles, sizes};
+        }
         return sizes;
     }
 
@@ -195,6 +218,12 @@ class Keeper {
     struct Lowered {
         int round = -1, times = 0;
     };
+    struct Map {
+        std::vector<Eigen::Vector3d> points;
+        std::vector<Triangle> triangles;
+        std::vector<double> sizes;
+    };
+    Map last_map_;  // after sizes were lowered
     std::vector<Lowered> lowered_at_;  // for triangles of the input, the last round that sizes were lowered there, and in how many
     std::size_t fewest_ = std::numeric_limits<std::size_t>::max();  // triangles that were too far
     double nearest_ = std::numeric_limits<double>::infinity();      // largest distance
@@ -265,6 +294,7 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
         };
     mesh.result = stages.run("meshing", [&] { return remesh(whole, control, map.cells, options, recheck); });
     // With a chord error the last check has measured it.
+    keeper.measure_map();
     if (!mesh.chord_error) stages.run("distance", [&] { keeper.measure(mesh.result.mesh); });
     return mesh;
 }

@@ -21,11 +21,6 @@ void require_options(const GradationOptions& options) {
         throw std::invalid_argument("grade: the paper's method knows no required sizes");
 }
 
-double gradient_bound(const GradationOptions& options) {
-    const double by_shock = options.shock ? std::log(*options.shock) : std::numeric_limits<double>::infinity();
-    return std::min(by_shock, options.variation.value_or(by_shock));
-}
-
 /// The strongest demand at each vertex.
 void keep_strongest(std::vector<RequiredConflict>& conflicts) {
     std::stable_sort(conflicts.begin(), conflicts.end(),
@@ -75,11 +70,25 @@ bool is_met(const GradationResult& result, const GradationOptions& options) {
 
 }  // namespace
 
-GradationResult grade(const TriMesh& mesh, std::span<double> size, const GradationOptions& options) {
+double gradient_bound(const GradationOptions& options) {
     require_options(options);
-    GradationResult result;
-    result.before = measure_gradation(mesh, size);
+    const double by_shock = options.shock ? std::log(*options.shock) : std::numeric_limits<double>::infinity();
+    return std::min(by_shock, options.variation.value_or(by_shock));
+}
+
+void measure_graded(const TriMesh& mesh, std::span<const double> size, const GradationOptions& options, GradationResult& result) {
     result.gradient_bound = gradient_bound(options);
+    result.after = measure_gradation(mesh, size);
+    result.steep_triangles = 0;
+    for (const Eigen::Vector3d& g : size_gradients(mesh, size)) result.steep_triangles += g.norm() > result.gradient_bound * (1 + 1e-9);
+    if (options.shock) result.coarse_edges = count_coarse_edges(mesh, *options.shock, size);
+    result.met = is_met(result, options);
+}
+
+GradationResult grade(const TriMesh& mesh, std::span<double> size, const GradationOptions& options) {
+    GradationResult result;
+    result.gradient_bound = gradient_bound(options);
+    result.before = measure_gradation(mesh, size);
     const std::vector<double> input(size.begin(), size.end());
 
     switch (options.method) {
@@ -100,10 +109,7 @@ GradationResult grade(const TriMesh& mesh, std::span<double> size, const Gradati
         ++result.lowered;
         result.largest_factor = std::max(result.largest_factor, input[v] / size[v]);
     }
-    result.after = measure_gradation(mesh, size);
-    for (const Eigen::Vector3d& g : size_gradients(mesh, size)) result.steep_triangles += g.norm() > result.gradient_bound * (1 + 1e-9);
-    if (options.shock) result.coarse_edges = count_coarse_edges(mesh, *options.shock, size);
-    result.met = is_met(result, options);
+    measure_graded(mesh, size, options, result);
     return result;
 }
 

@@ -63,7 +63,8 @@ struct Corners {
     std::vector<int> first;
     std::vector<int> around;
 
-    explicit Corners(const TriMesh& mesh) : points(points_of(mesh)), triangles(triangles_of(mesh)), first(points.size() + 2, 0) {
+    explicit Corners(const TriMesh& mesh) : Corners(points_of(mesh), triangles_of(mesh)) {}
+    Corners(std::span<const Eigen::Vector3d> all, std::vector<Triangle> of) : points(all), triangles(std::move(of)), first(points.size() + 2, 0) {
         for (const Triangle& triangle : triangles)
             for (const int v : triangle) ++first[v + 2];
         for (std::size_t v = 0; v < points.size(); ++v) first[v + 2] += first[v + 1];
@@ -127,8 +128,8 @@ std::array<double, 2> nearest_rises(const std::array<Eigen::Vector2d, 2>& g, con
 
 class GradientLimiter {
   public:
-    GradientLimiter(const TriMesh& mesh, double bound, std::span<double> size, std::vector<char> required)
-        : corners_(mesh), bound_(bound), size_(size), input_(size.begin(), size.end()), required_(std::move(required)) {}
+    GradientLimiter(Corners corners, double bound, std::span<double> size, std::vector<char> required)
+        : corners_(std::move(corners)), bound_(bound), size_(size), input_(size.begin(), size.end()), required_(std::move(required)) {}
 
     void march();
     void flatten();
@@ -179,8 +180,14 @@ void GradientLimiter::march() {
     }
     if (std::isinf(low)) return;
     detail::MonotoneQueue queue(low, std::max(high, 1024 * low), size_.size());
-    for (std::size_t v = 0; v < size_.size(); ++v)
-        if (!std::isinf(size_[v])) queue.push(size_[v], static_cast<int>(v));
+    // Nothing is lowered across a triangle whose gradient keeps the bound: what reaches C from a point X of AB is
+    // h(X) + bound |CX| >= h(X) + |grad h| |CX| >= h(C).
+    std::vector<char> queued(size_.size(), 0);
+    for (int t = 0; t < std::ssize(corners_.triangles); ++t) {
+        if (steepness(t) <= bound_ * (1 - kTolerance)) continue;
+        for (const int v : corners_.triangles[t])
+            if (!queued[v] && !std::isinf(size_[v])) queued[v] = 1, queue.push(size_[v], v);
+    }
 
     const long most = kGradientVisits * static_cast<long>(size_.size());
     double h;
@@ -364,7 +371,14 @@ GradientLimiter make_limiter(const TriMesh& mesh, double bound, std::span<double
                              const char* function) {
     detail::require_above(bound, 0, "gradient bound", function);
     detail::require_sizes(mesh, size, function);
-    return GradientLimiter(mesh, bound, size, detail::required_flags(mesh, size, required, function));
+    return {Corners(mesh), bound, size, detail::required_flags(mesh, size, required, function)};
+}
+
+GradientReduction limit(GradientLimiter limiter) {
+    limiter.march();
+    limiter.flatten();
+    limiter.raise();
+    return limiter.report();
 }
 
 }  // namespace
@@ -376,11 +390,13 @@ GradientReduction march_gradient(const TriMesh& mesh, double bound, std::span<do
 }
 
 GradientReduction limit_gradient(const TriMesh& mesh, double bound, std::span<double> size, std::span<const int> required) {
-    GradientLimiter limiter = make_limiter(mesh, bound, size, required, "limit_gradient");
-    limiter.march();
-    limiter.flatten();
-    limiter.raise();
-    return limiter.report();
+    return limit(make_limiter(mesh, bound, size, required, "limit_gradient"));
+}
+
+GradientReduction limit_gradient(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, double bound, std::span<double> size) {
+    detail::require_above(bound, 0, "gradient bound", "limit_gradient");
+    detail::require_sizes(points.size(), size, "limit_gradient");
+    return limit({Corners(points, {triangles.begin(), triangles.end()}), bound, size, {}});
 }
 
 }  // namespace gradus

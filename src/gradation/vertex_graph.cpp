@@ -22,10 +22,10 @@ VertexGraph make_vertex_graph(const TriMesh& mesh) {
     return graph;
 }
 
-void require_sizes(const TriMesh& mesh, std::span<const double> size, const char* function) {
-    if (size.size() != mesh.n_vertices())
-        throw std::invalid_argument(std::string(function) + ": " + std::to_string(size.size()) + " sizes for " +
-                                    std::to_string(mesh.n_vertices()) + " vertices");
+void require_sizes(std::size_t vertices, std::span<const double> size, const char* function) {
+    if (size.size() != vertices)
+        throw std::invalid_argument(std::string(function) + ": " + std::to_string(size.size()) + " sizes for " + std::to_string(vertices) +
+                                    " vertices");
     for (std::size_t v = 0; v < size.size(); ++v)
         if (!(size[v] > 0))
             throw std::invalid_argument(std::string(function) + ": the size at vertex " + std::to_string(v) + " is " +

@@ -39,7 +39,8 @@ struct VertexGraph {
 VertexGraph make_vertex_graph(const TriMesh& mesh);
 
 /// @throws std::invalid_argument naming `function` if sizes do not match the vertices or one is not positive (or NaN)
-void require_sizes(const TriMesh& mesh, std::span<const double> size, const char* function);
+void require_sizes(std::size_t vertices, std::span<const double> size, const char* function);
+inline void require_sizes(const TriMesh& mesh, std::span<const double> size, const char* function) { require_sizes(mesh.n_vertices(), size, function); }
 
 /// @throws std::invalid_argument naming `function` and value unless value > above (and finite)
 void require_above(double value, double above, const char* what, const char* function);

@@ -360,7 +360,7 @@ std::vector<Vertex> with_sizes(const Connectivity& mesh, std::vector<Vertex> ver
 std::vector<char> changed(const Editor& editor, std::span<const double> before, std::span<const double> now) {
     std::vector<char> active(before.size());
     for (std::size_t v = 0; v < before.size(); ++v) active[v] = std::abs(now[v] - before[v]) > 1e-3 * before[v];
-    for (int ring = 0; ring < 2; ++ring) {
+    for (int ring = 0; ring < 1; ++ring) {
         std::vector<char> wider = active;
         for (int h = 0; h < 3 * editor.mesh().num_triangles(); ++h)
             if (active[editor.mesh().origin(h)]) wider[editor.mesh().target(h)] = wider[editor.mesh().apex(h)] = 1;

@@ -48,4 +48,11 @@ struct GradationResult {
 ///         unset, or sizes are required of Paper
 GradationResult grade(const TriMesh& mesh, std::span<double> size, const GradationOptions& options);
 
+/// Bound on the gradient of sizes that the options' bounds on edges come from: ln(shock), variation, or the smaller of the two.
+/// @throws std::invalid_argument as grade
+double gradient_bound(const GradationOptions& options);
+
+/// Measures a map that was graded elsewhere: `after`, `met` and the counts of a result.
+void measure_graded(const TriMesh& mesh, std::span<const double> size, const GradationOptions& options, GradationResult& result);
+
 }  // namespace gradus

@@ -46,5 +46,7 @@ GradientReduction march_gradient(const TriMesh& mesh, double bound, std::span<do
 /// than the convex optimum.
 /// Parameters and errors as above.
 GradientReduction limit_gradient(const TriMesh& mesh, double bound, std::span<double> size, std::span<const int> required = {});
+/// The same for any triangles, manifold or not.
+GradientReduction limit_gradient(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, double bound, std::span<double> size);
 
 }  // namespace gradus
