@@ -20,6 +20,9 @@ constexpr double kTipRelief = 1;         // height over the scale
 // A crease stands out where the surface beside it turns little: by this part of the crease's own turn at most, or by what that
 // exceeds kSurely by.
 constexpr double kBeside = 0.15, kSurely = 1.05;
+// The same of small rings and of networks whose curves are of few edges.
+constexpr double kBesideRing = 0.05, kBesideJagged = 0.1;
+constexpr int kLongCurve = 4;
 
 using Points = std::span<const Eigen::Vector3d>;
 
@@ -44,7 +47,7 @@ class Finder {
             if (kind_[h] == Kind::Crease || kind_[h] == Kind::Certain) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
         while (drop_unclear()) continue;
         drop_short();
-        drop_small_trees();
+        drop_small_networks();
     }
 
     Features chains(std::span<const int> known_corners) {
@@ -280,12 +283,19 @@ class Finder {
         }
     }
 
-    void drop_small_trees() {
-        struct Network {
-            int edges = 0, vertices = 0;
-            double length = 0;
-            bool certain = false;
-        };
+    // What hangs together of features.
+    struct Network {
+        int edges = 0, vertices = 0, ends = 0;  // ends of curves, at corners
+        double length = 0, turn = 0, beside = 0;  // turns times lengths, of the edges themselves and of the surface beside them
+        bool certain = false;
+
+        bool is_tree() const { return edges < vertices; }
+        bool stands_out(double share) const { return beside <= share * turn; }
+    };
+
+    // Takes away networks of creases that are none: short trees, and on surfaces that are rough, where folds and spikes turn as much
+    // as creases do, small rings and what turns a corner every few edges.
+    void drop_small_networks() {
         DisjointSets sets(mesh_.num_vertices());
         const auto edges = [&](const auto& use) {
             for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
@@ -295,21 +305,35 @@ class Finder {
         std::vector<Network> networks(mesh_.num_vertices());
         Eigen::AlignedBox3d box;
         for (int v = 0; v < mesh_.num_vertices(); ++v) {
-            if (degree_[v] > 0) ++networks[sets.find(v)].vertices;
             if (mesh_.is_live_vertex(v)) box.extend(points_[v]);
+            if (degree_[v] == 0) continue;
+            Network& network = networks[sets.find(v)];
+            ++network.vertices;
+            if (degree_[v] != 2 || is_turn(v)) network.ends += degree_[v];
         }
         edges([&](int h) {
             Network& network = networks[sets.find(mesh_.origin(h))];
+            const double length = (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm();
             ++network.edges;
-            network.length += (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm();
+            network.length += length;
             network.certain = network.certain || kind_[h] == Kind::Certain;
+            if (kind_[h] == Kind::Certain) return;
+            const auto [sum, count] = turns_beside(h);
+            network.turn += length * turn_of(h);
+            if (count > 0) network.beside += length * sum / count;
         });
         const double shortest = options_.shortest_tree * box.diagonal().norm();
+        const auto is_none = [&](const Network& network) {
+            if (network.certain) return false;
+            if (network.is_tree() && network.length < shortest) return true;
+            if (network.edges < options_.shortest && !network.stands_out(kBesideRing)) return true;
+            return kLongCurve * network.ends > 2 * network.edges && !network.stands_out(kBesideJagged);
+        };
+        std::vector<int> none;
         edges([&](int h) {
-            const Network& network = networks[sets.find(mesh_.origin(h))];
-            if (network.certain || network.edges >= network.vertices || network.length >= shortest) return;
-            drop(h);
+            if (is_none(networks[sets.find(mesh_.origin(h))])) none.push_back(h);
         });
+        for (const int h : none) drop(h);
     }
 
     std::array<int, 2> neighbours(int v) const {

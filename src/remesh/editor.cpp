@@ -15,6 +15,8 @@ namespace {
 constexpr int kMostSpokes = 40;      // vertices of higher valence are left to flips first
 constexpr double kStillMoves = 2e-3; // moves below this fraction of the size are not worth making
 constexpr int kPairRounds = 4;
+constexpr double kOpposed = 0.2;  // cosine of the angle between normals: the ends of an edge may be on the two walls of a crevice
+constexpr double kDeep = 0.5;     // over the size
 constexpr double kLongestHalf2 = 0.72;    // squared, over the edge that is split
 constexpr double kFarthestMiddle2 = 0.3;  // the same on a feature curve, which may be half a circle
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
@@ -258,11 +260,17 @@ double Editor::flip_rise(int h) const {
     return after - before;
 }
 
+bool Editor::bridges(const Vertex& a, const Vertex& b) const {
+    if (a.n.dot(b.n) > kOpposed) return false;
+    const std::optional<Foot> foot = support_.between(a.place, b.place, (a.n + b.n).stableNormalized());
+    return foot && (foot->point - (a.p + b.p) / 2).norm() > kDeep * std::min(a.h, b.h);
+}
+
 bool Editor::flip(int h) {
     const int g = mesh_.twin(h);
     const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
     const double legal = std::max({kLegalEnergy, triangle_energy(v, w, c), triangle_energy(w, v, d)});
-    if (triangle_energy(v, d, c) > legal || triangle_energy(d, w, c) > legal) return false;
+    if (triangle_energy(v, d, c) > legal || triangle_energy(d, w, c) > legal || bridges(c, d)) return false;
     mesh_.flip(h);
     return true;
 }
@@ -302,6 +310,7 @@ bool Editor::collapse(int h) {
         if (e != h && !(g >= 0 && e == Connectivity::next(g))) then = std::max(then, triangle_energy(w, a, b));
     });
     legal = legal && then <= now;
+    if (legal) mesh_.for_each_outgoing(v, [&](int e) { legal = legal && !bridges(w, vertices_[mesh_.target(e)]); });
     if (legal) mesh_.collapse(h);
     return legal;
 }
@@ -326,6 +335,7 @@ int Editor::split(int h) {
             return (vb.p - va.p).cross(vertices_[mesh_.apex(side)].p - va.p).stableNormalized();
         };
         std::optional<Foot> foot = support_.between(va.place, vb.place, facing(h) - facing(mesh_.twin(h)));
+        bool bridges = foot && std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) > kLongestHalf2 * (va.p - vb.p).squaredNorm();
         if (!foot) {
             const bool from_b = va.bound != Bound::Free && vb.bound == Bound::Free;
             foot = support_.move(from_b ? vb.place : va.place, middle);
@@ -333,7 +343,7 @@ int Editor::split(int h) {
             if (!foot) return -1;
         }
         // On a sharply curved part the middle of the chord may be reached on another sheet.
-        if (std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) > kLongestHalf2 * (va.p - vb.p).squaredNorm()) return -1;
+        if (!bridges && std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) > kLongestHalf2 * (va.p - vb.p).squaredNorm()) return -1;
         take_foot(m, *foot);
     }
     const int g = mesh_.twin(h);

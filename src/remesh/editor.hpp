@@ -162,6 +162,8 @@ class Editor {
         const Vertex &a = vertices_[mesh_.origin(h)], &b = vertices_[mesh_.target(h)];
         return (a.p - b.p).norm() / (longest ? std::min(a.h, b.h) : std::max(a.h, b.h));
     }
+    // Whether an edge between two vertices would leave a crevice of the surface out.
+    bool bridges(const Vertex& a, const Vertex& b) const;
     double ring_energy(int v, const Vertex& x, Aim aim) const;
     // Calls use(other) for each edge of a feature curve at v.
     template <class Use>

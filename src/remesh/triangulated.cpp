@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kNear2 = 1e-2;  // squared: a tenth of the way is near enough
 constexpr int kMostSteps = 3;
-constexpr double kLongestSection = 2.5;  // between two places, over their distance
+constexpr double kLongestSection = 4;  // between two places, over their distance
 constexpr double kFold = 0.77;           // cosine of the turn of an edge (40 degrees) that counts as a fold
 constexpr double kNearFold = 0.25;       // over the size
 constexpr int kMostNear = 64;            // triangles
