@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <numeric>
 
@@ -20,9 +21,10 @@ namespace {
 constexpr double kChordShare = 0.4;    // of the chord error that sizes ask of edges: triangles are farther off than their edges
 constexpr double kMostTurn = std::numbers::pi / 3;  // of a curve no larger than the chord error, within one edge
 constexpr double kBulgeShare = 0.2;    // that the smooth surface may be off the triangulation
-constexpr int kMostDrafts = 3, kMostRefinements = 16;
+constexpr int kMostDrafts = 3, kMostRefinements = 24;
 constexpr int kMostAtOnePlace = 8;     // times that sizes are lowered there
-constexpr int kMostInVain = 3;
+constexpr double kPlace = 4;           // width of a place over the chord error
+constexpr int kMostInVain = 4;
 constexpr double kFewFar = 0.01;      // of the triangles, too far off in a draft that is good enough
 constexpr double kProgress = 0.95;
 constexpr double kGoal = 0.8;          // of the chord error, aimed at where it was not kept
@@ -174,15 +176,18 @@ class Keeper {
         return same;
     }
 
+    static std::array<long, 3> cell_of(const Eigen::Vector3d& p, double width) {
+        return {std::lround(p.x() / width), std::lround(p.y() / width), std::lround(p.z() / width)};
+    }
+
     // Sizes of a mesh, lower at the triangles that are too far off; nothing where none can be.
     std::optional<std::vector<double>> lowered(const SurfaceMesh& mesh, const std::vector<TooFar>& far, double chord_error, double least) {
         if (far.empty() || mesh_.refinements == kMostRefinements) return std::nullopt;
         std::vector<double> sizes = mesh.sizes;
         bool any = false;
-        lowered_at_.resize(surface_.soup().triangles.size());
         for (const TooFar& f : far) {
             // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones, where that did not do.
-            Lowered& before = lowered_at_[mesh.places[mesh.triangles[f.triangle][0]].patch];
+            Lowered& before = lowered_at_[cell_of(f.point, kPlace * chord_error)];
             if (before.round < mesh_.refinements) before = {mesh_.refinements, before.times + 1};
             if (before.times > kMostAtOnePlace) continue;
             const double power = before.times == 1 || mesh_.refinements < kMostDrafts ? 0.5 : 1;
@@ -216,7 +221,7 @@ class Keeper {
     DistanceTarget target_;
     Proof proof_;
     struct Lowered {
-        int round = -1, times = 0;
+        int round = -1, times = 0;  // the last in which sizes were lowered there, and how many there were
     };
     struct Map {
         std::vector<Eigen::Vector3d> points;
@@ -224,7 +229,7 @@ class Keeper {
         std::vector<double> sizes;
     };
     Map last_map_;  // after sizes were lowered
-    std::vector<Lowered> lowered_at_;  // for triangles of the input, the last round that sizes were lowered there, and in how many
+    std::map<std::array<long, 3>, Lowered> lowered_at_;  // by place
     std::size_t fewest_ = std::numeric_limits<std::size_t>::max();  // triangles that were too far
     double nearest_ = std::numeric_limits<double>::infinity();      // largest distance
     int in_vain_ = 0;                                               // rounds since either fell
