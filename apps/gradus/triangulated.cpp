@@ -25,6 +25,8 @@ constexpr int kMostDrafts = 3, kMostRefinements = 24;
 constexpr int kMostAtOnePlace = 8;     // times that sizes are lowered there
 constexpr double kPlace = 4;           // width of a place over the chord error
 constexpr int kMostInVain = 4;
+constexpr double kAlmostClosest = 1.3;
+constexpr double kAround = 3;          // sizes
 constexpr double kFewFar = 0.01;      // of the triangles, too far off in a draft that is good enough
 constexpr double kProgress = 0.95;
 constexpr double kGoal = 0.8;          // of the chord error, aimed at where it was not kept
@@ -51,11 +53,11 @@ class Keeper {
         if (mesh_.refinements == kMostDrafts) return std::nullopt;
         const std::vector<TooFar> far = prove_from_mesh(mesh, chord_error, same_triangles(proof_.mesh, mesh));
         if (static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size())) return std::nullopt;
-        return lowered(mesh, far, chord_error, kLeastInDrafts);
+        return lowered(mesh, far, chord_error, kLeastInDrafts, {});
     }
 
     // The same for a mesh that may be the last.
-    std::optional<std::vector<double>> refine(const SurfaceMesh& mesh, double chord_error) {
+    std::optional<std::vector<double>> refine(const SurfaceMesh& mesh, double chord_error, std::span<const Eigen::Vector3d> in_vain) {
         const std::vector<TooFar> far = prove(mesh, chord_error);
         if (far.empty()) return std::nullopt;
         // Where neither their number nor their distance falls, smaller elements do not help.
@@ -64,7 +66,7 @@ class Keeper {
         nearest_ = std::min(nearest_, mesh_.deviation.bound());
         in_vain_ = better ? 0 : in_vain_ + 1;
         if (in_vain_ == kMostInVain) return std::nullopt;
-        return lowered(mesh, far, chord_error, kLeast);
+        return lowered(mesh, far, chord_error, kLeast, in_vain);
     }
 
     // The gradation of the map that the mesh has at the end.
@@ -128,10 +130,12 @@ class Keeper {
             kept[t] = w.proved;
         }
         OneSidedDistance& found = mesh_.deviation.from_input;
-        found = DistanceTarget({mesh.points, mesh.triangles})
-                    .measure_from(input, {.limit = limit, .precision = kCoarsePrecision, .near = triangles_over(mesh), .skip = kept, .witnesses = proof_.witnesses});
+        const DistanceTarget target({mesh.points, mesh.triangles});
+        found = target.measure_from(input, {.limit = limit, .precision = kCoarsePrecision, .near = triangles_over(mesh), .skip = kept, .witnesses = proof_.witnesses});
         include_kept(found, limit);
-        for (const TooFar& f : found.beyond) far.push_back({f.nearest, f.distance, f.point, f.triangle});
+        // The triangle that leaves a place out is not always the one closest to it.
+        for (const TooFar& f : found.beyond)
+            for (const int t : target.within(f.point, kAlmostClosest * f.distance)) far.push_back({t, f.distance, f.point, f.triangle});
         return far;
     }
 
@@ -181,11 +185,14 @@ class Keeper {
     }
 
     // Sizes of a mesh, lower at the triangles that are too far off; nothing where none can be.
-    std::optional<std::vector<double>> lowered(const SurfaceMesh& mesh, const std::vector<TooFar>& far, double chord_error, double least) {
+    std::optional<std::vector<double>> lowered(const SurfaceMesh& mesh, const std::vector<TooFar>& far, double chord_error, double least, std::span<const Eigen::Vector3d> in_vain) {
         if (far.empty() || mesh_.refinements == kMostRefinements) return std::nullopt;
         std::vector<double> sizes = mesh.sizes;
         bool any = false;
         for (const TooFar& f : far) {
+            const auto& corners = mesh.triangles[f.triangle];
+            const double reach = kAround * mesh.sizes[corners[0]];
+            if (std::any_of(in_vain.begin(), in_vain.end(), [&](const Eigen::Vector3d& p) { return (p - mesh.points[corners[0]]).norm() < reach; })) continue;
             // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones, where that did not do.
             Lowered& before = lowered_at_[cell_of(f.point, kPlace * chord_error)];
             if (before.round < mesh_.refinements) before = {mesh_.refinements, before.times + 1};
@@ -293,9 +300,9 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     Keeper keeper = stages.run("distance tree", [&] { return Keeper(surface, gradation, finest, mesh); });
     Recheck recheck;
     if (mesh.chord_error)
-        recheck = [&](const SurfaceMesh& draft, MeshStage stage) {
+        recheck = [&](const SurfaceMesh& draft, MeshStage stage, std::span<const Eigen::Vector3d> in_vain) {
             stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size())));
-            return stage == MeshStage::Draft ? keeper.refine_draft(draft, *mesh.chord_error) : keeper.refine(draft, *mesh.chord_error);
+            return stage == MeshStage::Draft ? keeper.refine_draft(draft, *mesh.chord_error) : keeper.refine(draft, *mesh.chord_error, in_vain);
         };
     mesh.result = stages.run("meshing", [&] { return remesh(whole, control, map.cells, options, recheck); });
     // With a chord error the last check has measured it.

@@ -17,6 +17,7 @@ constexpr double kStillMoves = 2e-3; // moves below this fraction of the size ar
 constexpr int kPairRounds = 4;
 constexpr double kOpposed = 0.2;  // cosine of the angle between normals: the ends of an edge may be on the two walls of a crevice
 constexpr double kDeep = 0.5;     // over the size
+constexpr double kLongestBridge2 = 1;     // of the halves, squared, over the edge that is split, where its ends are on the walls of a crevice
 constexpr double kLongestHalf2 = 0.72;    // squared, over the edge that is split
 constexpr double kFarthestMiddle2 = 0.3;  // the same on a feature curve, which may be half a circle
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
@@ -105,6 +106,12 @@ double Editor::energy(int t) const {
 double Editor::quality(int t) const {
     const Triangle v = mesh_.triangle(t);
     return triangle_quality(vertices_[v[0]].p, vertices_[v[1]].p, vertices_[v[2]].p);
+}
+
+double Editor::unit_area(int t) const {
+    const Triangle v = mesh_.triangle(t);
+    const Vertex &a = vertices_[v[0]], &b = vertices_[v[1]], &c = vertices_[v[2]];
+    return (b.p - a.p).cross(c.p - a.p).norm() * (2 / 1.7320508075688772) / (a.g * b.g * c.g);
 }
 
 double Editor::length(int h) const {
@@ -335,7 +342,7 @@ int Editor::split(int h) {
             return (vb.p - va.p).cross(vertices_[mesh_.apex(side)].p - va.p).stableNormalized();
         };
         std::optional<Foot> foot = support_.between(va.place, vb.place, facing(h) - facing(mesh_.twin(h)));
-        bool bridges = foot && std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) > kLongestHalf2 * (va.p - vb.p).squaredNorm();
+        const double longest2 = foot ? kLongestBridge2 : kLongestHalf2;
         if (!foot) {
             const bool from_b = va.bound != Bound::Free && vb.bound == Bound::Free;
             foot = support_.move(from_b ? vb.place : va.place, middle);
@@ -343,7 +350,7 @@ int Editor::split(int h) {
             if (!foot) return -1;
         }
         // On a sharply curved part the middle of the chord may be reached on another sheet.
-        if (!bridges && std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) > kLongestHalf2 * (va.p - vb.p).squaredNorm()) return -1;
+        if (std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) > longest2 * (va.p - vb.p).squaredNorm()) return -1;
         take_foot(m, *foot);
     }
     const int g = mesh_.twin(h);

@@ -114,6 +114,7 @@ class Editor {
 
     double energy(int t) const;
     double quality(int t) const;
+    double unit_area(int t) const;  // over the area asked for
     double length(int h) const;  // in the metric
     double longest_length(int h) const { return bound_length<true>(h); }    // at least length(h), and cheap
     double shortest_length(int h) const { return bound_length<false>(h); }  // at most

@@ -73,10 +73,21 @@ int flip_edges(Editor& editor, const OptimiseOptions& options, double highest = 
     return flips;
 }
 
+// Triangles that the sizes ask for where the mesh is worked at.
+double predicted_triangles(const Editor& editor, const OptimiseOptions& options) {
+    double sum = 0;
+    for (int t = 0; t < editor.mesh().num_triangles(); ++t) {
+        if (!editor.mesh().is_live_triangle(t)) continue;
+        const Triangle v = editor.mesh().triangle(t);
+        if (options.is_active(v[0]) || options.is_active(v[1]) || options.is_active(v[2])) sum += editor.unit_area(t);
+    }
+    return sum;
+}
+
 // Halves the edges that are too long, the longest first; where some are much too long, as those of needles are, flips between the passes.
 void split_long(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     double longer_than = std::numeric_limits<double>::infinity();
-    const double most = kMostGrowth * std::max<double>(options.predicted, editor.mesh().num_live_triangles());
+    const double most = editor.mesh().num_live_triangles() + kMostGrowth * predicted_triangles(editor, options);
     for (int pass = 0; pass < kMostSplitPasses; ++pass) {
         auto edges = edges_where(editor, options, [&](int h) { return editor.longest_length(h) > kLongest; }, [](double l) { return l > kLongest; });
         if (edges.empty()) break;

@@ -11,7 +11,6 @@ struct OptimiseOptions {
     bool fast = false;     // a lighter schedule: no attempts beyond fitting, flips and smoothing
     double goal = 0.90;    // area-length quality asked of the worst triangle
     bool fitted = false;   // the mesh has about the sizes asked for
-    double predicted = 0;  // triangles that the sizes ask for
     /// Vertices to work at, and around what changes there; new ones count as well. Empty: all.
     std::vector<char> active = {};
 

@@ -405,7 +405,7 @@ RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const 
     statistics.generated_triangles = editor.mesh().num_live_triangles();
     clock.done("assembly");
 
-    take_report(optimise(editor, {.fast = options.fast, .goal = options.goal, .predicted = statistics.predicted_triangles}, clock), statistics);
+    take_report(optimise(editor, {.fast = options.fast, .goal = options.goal}, clock), statistics);
     result.mesh = export_mesh(model, support, editor);
     clock.done("export");
     return result;

@@ -20,7 +20,10 @@ constexpr double kFold = 0.77;           // cosine of the turn of an edge (40 de
 constexpr double kNearFold = 0.25;       // over the size
 constexpr int kMostNear = 64;            // triangles
 constexpr int kKept = 4096;      // patches
-constexpr double kMostGrowth = 1.3;  // of the number of triangles, when a mesh that could have been the last is mended
+constexpr double kBroken = 0.3;      // quality of elements that no mesh should have
+constexpr double kUnsplit = 2.5;     // metric length of edges that were to be split
+constexpr double kAround = 3;        // sizes
+constexpr int kMostAttempts = 3;     // to mend a mesh
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
 Eigen::Vector2d on_halfedge(int h, double s) {
@@ -369,6 +372,24 @@ std::vector<char> changed(const Editor& editor, std::span<const double> before, 
     return active;
 }
 
+// Places where the mesh is none that could be the last: elements that are very bad, and edges that were to be split and could not be.
+std::vector<Vector3d> broken_places(const Editor& editor) {
+    const Connectivity& mesh = editor.mesh();
+    std::vector<Vector3d> places;
+    for (int t = 0; t < mesh.num_triangles(); ++t) {
+        if (!mesh.is_live_triangle(t)) continue;
+        bool broken = editor.quality(t) < kBroken;
+        for (int h = 3 * t; h < 3 * t + 3; ++h) broken = broken || editor.length(h) > kUnsplit;
+        const Triangle v = mesh.triangle(t);
+        if (broken) places.push_back((editor.vertex(v[0]).p + editor.vertex(v[1]).p + editor.vertex(v[2]).p) / 3);
+    }
+    return places;
+}
+
+bool is_near(const Vertex& v, std::span<const Vector3d> places) {
+    return std::any_of(places.begin(), places.end(), [&](const Vector3d& p) { return (p - v.p).norm() < kAround * v.h; });
+}
+
 SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& support, const Editor& editor) {
     SurfaceMesh result;
     const Connectivity& mesh = editor.mesh();
@@ -409,34 +430,55 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     statistics.generated_triangles = editor->mesh().num_live_triangles();
     clock.done("assembly");
     std::unique_ptr<OwnBackground> own;
-    // Drafts until one is good enough, then the whole schedule, which may find something to mend again.
-    std::vector<char> active;
-    bool fitted = false, final_before = false;
-    for (bool draft = static_cast<bool>(recheck);;) {
-        take_report(optimise(*editor, {.fast = draft || options.fast, .goal = options.goal, .fitted = fitted, .predicted = statistics.predicted_triangles, .active = std::move(active)}, clock), statistics);
-        // Sizes are lowered in a few places by then: where that makes many triangles the mesh is tangled there, and was better before.
-        if (final_before && editor->mesh().num_live_triangles() > kMostGrowth * static_cast<double>(result.mesh.triangles.size())) return result;
-        final_before = !draft;
-        fitted = draft;
-        active.clear();
+    std::vector<Vector3d> in_vain;
+    bool fitted = false;
+    const auto run = [&](MeshStage stage, std::vector<char> active) {
+        take_report(optimise(*editor, {.fast = stage == MeshStage::Draft || options.fast, .goal = options.goal, .fitted = fitted, .active = std::move(active)}, clock), statistics);
+        fitted = stage == MeshStage::Draft;
+    };
+    // Starts from a mesh with other sizes at its vertices.
+    const auto start_from = [&](const Connectivity& mesh, const std::vector<Vertex>& vertices, std::span<const double> sizes) {
+        auto finer = std::make_unique<OwnBackground>(result.mesh, sizes);
+        statistics.predicted_triangles = finer->control.predicted_triangles();
+        check_estimate(statistics.predicted_triangles, options);
+        auto on_it = std::make_unique<TriangleSupport>(surface.support, surface.features, finer->control);
+        editor = std::make_unique<Editor>(*on_it, with_sizes(mesh, vertices, sizes), mesh);
+        support = std::move(on_it);
+        own = std::move(finer);
+    };
+    const auto recheck_now = [&](MeshStage stage) {
         result.mesh = export_mesh(surface, *support, *editor);
-        const auto sizes = recheck ? recheck(result.mesh, draft ? MeshStage::Draft : MeshStage::Final) : std::nullopt;
+        auto sizes = recheck ? recheck(result.mesh, stage, in_vain) : std::nullopt;
         clock.done("check");
-        if (sizes) {
-            auto finer = std::make_unique<OwnBackground>(result.mesh, *sizes);
-            statistics.predicted_triangles = finer->control.predicted_triangles();
-            check_estimate(statistics.predicted_triangles, options);
-            auto on_it = std::make_unique<TriangleSupport>(surface.support, surface.features, finer->control);
-            editor = std::make_unique<Editor>(*on_it, with_sizes(editor->mesh(), editor->vertices(), *sizes), editor->mesh());
-            support = std::move(on_it);
-            active = changed(*editor, result.mesh.sizes, *sizes);
-            own = std::move(finer);
-        } else if (draft) {
-            draft = false;
-        } else {
-            return result;
+        return sizes;
+    };
+    // Drafts until one is good enough.
+    if (recheck) {
+        run(MeshStage::Draft, {});
+        while (const auto sizes = recheck_now(MeshStage::Draft)) {
+            start_from(editor->mesh(), editor->vertices(), *sizes);
+            run(MeshStage::Draft, changed(*editor, result.mesh.sizes, *sizes));
         }
     }
+    // Then the whole schedule, and again near what there is to mend.
+    run(MeshStage::Final, {});
+    while (auto sizes = recheck_now(MeshStage::Final)) {
+        const Connectivity mesh = editor->mesh();
+        const std::vector<Vertex> vertices = editor->vertices();
+        const std::vector<Vector3d> broken_before = broken_places(*editor);
+        for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
+            start_from(mesh, vertices, *sizes);
+            run(MeshStage::Final, changed(*editor, result.mesh.sizes, *sizes));
+            const auto known = in_vain.size();
+            for (const Vector3d& p : broken_places(*editor))
+                if (std::find(broken_before.begin(), broken_before.end(), p) == broken_before.end()) in_vain.push_back(p);
+            if (in_vain.size() == known) break;
+            // Where the mesh broke it was better before; if that is not enough, everywhere.
+            for (std::size_t v = 0; v < vertices.size(); ++v)
+                if (attempt + 1 == kMostAttempts || is_near(vertices[v], std::span(in_vain).subspan(known))) (*sizes)[v] = result.mesh.sizes[v];
+        }
+    }
+    return result;
 }
 
 }  // namespace gradus

@@ -66,6 +66,9 @@ class DistanceTarget {
     double distance(const Eigen::Vector3d& p, int near = -1) const { return closest(p, near).distance; }
     ClosestTriangle::Hit closest(const Eigen::Vector3d& p, int near = -1) const { return tree().closest(p, near); }
 
+    /// Triangles within a distance of a point, by index.
+    std::vector<int> within(const Eigen::Vector3d& p, double distance) const { return tree().within(p, distance); }
+
   private:
     friend class DistanceSearch;
     const ClosestTriangle& tree() const;

@@ -72,7 +72,8 @@ struct TriangulatedSurface {
 enum class MeshStage { Draft, Final };
 /// Looks at a mesh and says what sizes at its vertices to go on with, or nothing where it is good. Called for drafts first, then for
 /// meshes that may be the last.
-using Recheck = std::function<std::optional<std::vector<double>>(const SurfaceMesh& mesh, MeshStage stage)>;
+/// @param in_vain  places where lower sizes broke the mesh, which was put back there: lower ones are not to be asked for again
+using Recheck = std::function<std::optional<std::vector<double>>(const SurfaceMesh& mesh, MeshStage stage, std::span<const Eigen::Vector3d> in_vain)>;
 
 /// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features, corners and
 /// topology are kept. Places of the result name triangles of the triangulation.
