@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace gradus {
 
@@ -21,7 +22,7 @@ constexpr double kTipRelief = 1;         // height over the scale
 // exceeds kSurely by.
 constexpr double kBeside = 0.15, kSurely = 1.05;
 // The same of small rings and of networks whose curves are of few edges.
-constexpr double kBesideRing = 0.05, kBesideJagged = 0.1;
+constexpr double kBesideRing = 0.05, kBesideJagged = 0.1, kCalm = 0.02;
 constexpr int kLongCurve = 4;
 
 using Points = std::span<const Eigen::Vector3d>;
@@ -220,6 +221,15 @@ class Finder {
         return {sum, count};
     }
 
+    // Mean turn at the other two sides of the triangle of h, as far as they are no features; nothing where both are.
+    std::optional<double> turn_beside(int h) const {
+        double sum = 0;
+        int count = 0;
+        for (const int e : {Connectivity::next(h), Connectivity::prev(h)})
+            if (!is_feature(e)) sum += turn_of(e), ++count;
+        return count > 0 ? std::optional(sum / count) : std::nullopt;
+    }
+
     // Takes away creases, from where they begin, meet or end, that do not stand out from the surface beside them: on a noisy or
     // rough one single edges turn as much as a crease does. @returns whether there were any
     bool drop_unclear() {
@@ -286,11 +296,13 @@ class Finder {
     // What hangs together of features.
     struct Network {
         int edges = 0, vertices = 0, ends = 0;  // ends of curves, at corners
-        double length = 0, turn = 0, beside = 0;  // turns times lengths, of the edges themselves and of the surface beside them
+        // Turns times lengths: of the edges, of the surface on both sides of them, and of that on the calmer side of each.
+        double length = 0, turn = 0, beside = 0, calmer = 0;
         bool certain = false;
 
         bool is_tree() const { return edges < vertices; }
-        bool stands_out(double share) const { return beside <= share * turn; }
+        // One of the sides of coarse parts is flat.
+        bool stands_out(double share) const { return beside <= share * turn || calmer <= kCalm * turn; }
     };
 
     // Takes away networks of creases that are none: short trees, and on surfaces that are rough, where folds and spikes turn as much
@@ -318,9 +330,12 @@ class Finder {
             network.length += length;
             network.certain = network.certain || kind_[h] == Kind::Certain;
             if (kind_[h] == Kind::Certain) return;
-            const auto [sum, count] = turns_beside(h);
             network.turn += length * turn_of(h);
-            if (count > 0) network.beside += length * sum / count;
+            const std::optional<double> here = turn_beside(h), there = turn_beside(mesh_.twin(h));
+            if (!here && !there) return;
+            const double one = here ? *here : *there, other = there ? *there : *here;
+            network.beside += length * (one + other) / 2;
+            network.calmer += length * std::min(one, other);
         });
         const double shortest = options_.shortest_tree * box.diagonal().norm();
         const auto is_none = [&](const Network& network) {

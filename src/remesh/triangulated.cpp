@@ -247,6 +247,7 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
                 const int g = mesh.twin(h);
                 if (is_goal(g / 3)) {
                     length += (to - here).norm();
+                    if (length > most) break;
                     section_.push_back({g / 3, here});
                     // Back to the part with the middle.
                     double left = length / 2;

@@ -39,6 +39,12 @@ TEST_CASE("The chord of the size asked for has the error asked for on a circle",
     CHECK(size_from_radius(rule_of(Kind::Proportional, 0.3), rho) == 0.3 * rho);
     // A circle below the error is spanned by its diameter.
     CHECK(size_from_radius(rule_of(Kind::ChordError, 2 * rho), rho) == 2 * rho);
+    // With a bound on the turn by the side of the hexagon.
+    SizingRule bounded = rule_of(Kind::ChordError, 2 * rho);
+    bounded.most_turn = std::numbers::pi / 3;
+    CHECK(size_from_radius(bounded, rho) == Approx(rho).epsilon(1e-14));
+    bounded.value = 0.01 * rho;
+    CHECK(size_from_radius(bounded, rho) == size_from_radius(rule_of(Kind::ChordError, 0.01 * rho), rho));
 }
 
 TEST_CASE("Sizes stay within their bounds", "[control][property]") {

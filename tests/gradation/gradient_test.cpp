@@ -82,6 +82,9 @@ TEST_CASE("Limited maps meet the gradient bound in every triangle", "[gradation]
         CHECK(limited[v] <= marched[v] * (1 + 1e-12));
         CHECK(limited[v] >= least);
     }
+    std::vector<double> of_triangles = size;
+    limit_gradient(points_of(mesh), triangles_of(mesh), bound, of_triangles);
+    CHECK(of_triangles == limited);
     std::vector<double> again = limited;
     limit_gradient(mesh, bound, again);
     for (std::size_t v = 0; v < size.size(); ++v) CHECK(again[v] == Approx(limited[v]).epsilon(1e-8));

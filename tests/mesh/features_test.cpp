@@ -195,6 +195,19 @@ TEST_CASE("noise below the angle gives no feature", "[property]") {
     CHECK(found.corners() == 8);
 }
 
+TEST_CASE("spikes and folds of a rough surface are no features, coarse parts keep theirs", "[property]") {
+    const unsigned seed = GENERATE(range(1u, 9u));
+    const Mesh sphere = triangulations::sphere(3);
+    const Found rough = found_in(triangulations::noisy(sphere, 0.35 * triangulations::mean_edge(sphere), seed));
+    int edges = 0;
+    for (const FeatureChain& chain : rough.features.chains) edges += chain.num_edges();
+    CHECK(edges <= 0.01 * 1.5 * double(sphere.triangles.size()));
+    // Rings of four edges, and corners all along: but flat beside.
+    const Found box = found_in(triangulations::cube(1));
+    CHECK(box.features.chains.size() == 12);
+    CHECK(found_in(triangulations::capped_cylinder(4, 1)).features.chains.size() >= 8);
+}
+
 TEST_CASE("a ridge below the scale is no feature", "[exact]") {
     // A roof of slope 1 and height 0.01 along the middle of the sheet.
     const double height = 0.01;

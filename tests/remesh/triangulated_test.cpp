@@ -216,7 +216,7 @@ TEST_CASE("a recheck is asked until it has nothing to say, and its sizes are tak
     const SmoothSupport support = surface.support();
     bool last_had_nothing = false;
     int halved = 0;
-    const auto recheck = [&](const SurfaceMesh& mesh, MeshStage) -> std::optional<std::vector<double>> {
+    const auto recheck = [&](const SurfaceMesh& mesh, MeshStage, std::span<const Vector3d>) -> std::optional<std::vector<double>> {
         last_had_nothing = halved == 1;
         if (last_had_nothing) return std::nullopt;
         ++halved;
@@ -228,4 +228,79 @@ TEST_CASE("a recheck is asked until it has nothing to say, and its sizes are tak
     const std::size_t fine = remesh({support, surface.features()}, control, map.cells, {}, recheck).mesh.triangles.size();
     CHECK(last_had_nothing);
     CHECK(double(fine) / double(coarse) == Approx(4).epsilon(0.15));
+}
+
+namespace {
+
+// Two slopes that meet in a line over or under x = 0, from y = 0 to 4, where vertices are at x = -w, 0 and w; no features but the boundary.
+TriangleSoup slopes(double w, double height) {
+    TriangleSoup soup;
+    for (int j = 0; j <= 4; ++j)
+        for (const double x : {-w, 0.0, w}) soup.points.emplace_back(x, j, x == 0 ? height : 0);
+    for (int j = 0; j < 4; ++j)
+        for (int i = 0; i < 2; ++i) {
+            const int a = 3 * j + i, b = a + 1, c = a + 3, d = a + 4;
+            soup.triangles.push_back({a, b, d});
+            soup.triangles.push_back({a, d, c});
+        }
+    return soup;
+}
+
+// The point half way between the vertices (-w, 1) and (w, 2).
+std::optional<Vector3d> half_way(const TriangleSoup& soup, const TriangulationOptions& options) {
+    const Triangulation surface(soup, options);
+    const TriangulationBackground map = make_background(surface, uniform(1));
+    const ControlSpace control(map.background, map.sizes);
+    const SmoothSupport support = surface.support({.largest_bulge = 1e-9});
+    const TriangleSupport places(support, surface.features(), control);
+    // By the middle edge's other end on either slope, as vertices on the boundary are on several sides of it.
+    const auto foot = places.between(places.at_vertex(3, map.cells[3]).place, places.at_vertex(8, map.cells[8]).place, Vector3d::UnitZ());
+    if (!foot) return std::nullopt;
+    return foot->point;
+}
+
+constexpr double kNever = 3.1;
+const TriangulationOptions kUnfeatured{.features = {.angle = kNever, .sharp_angle = kNever, .weak_angle = kNever}};
+
+}  // namespace
+
+TEST_CASE("half way between two vertices along a section is on the ridge or at the bottom between them", "[exact]") {
+    for (const double height : {1.0, -1.0, -1.5}) {
+        const auto middle = half_way(slopes(0.5, height), kUnfeatured);
+        REQUIRE(middle);
+        CHECK((*middle - Vector3d(0, 1.5, height)).norm() < 1e-8);
+    }
+    // Farther than four times their distance is no way from one to the other; nor is one across a crease.
+    CHECK_FALSE(half_way(slopes(0.1, -3), kUnfeatured));
+    CHECK_FALSE(half_way(slopes(0.5, 1), {}));
+}
+
+TEST_CASE("a sharp fold that is no feature is meshed with good triangles", "[property]") {
+    TriangulationOptions options = kUnfeatured;
+    const Triangulation surface(triangulations::soup(triangulations::cube(6)), options);
+    REQUIRE(surface.features().chains.empty());
+    const Remeshed made = remeshed(surface, uniform(0.11));
+    check_topology_kept(made);
+    CHECK(made.after.shape.area_length.min >= 0.6);
+    CHECK(made.after.shape.area_length.mean >= 0.95);
+}
+
+TEST_CASE("sizes that jump from vertex to vertex leave a sound mesh", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::sphere(3)));
+    const TriangulationBackground map = make_background(surface, uniform(0.3));
+    const ControlSpace control(map.background, map.sizes);
+    const SmoothSupport support = surface.support();
+    int rounds = 0;
+    const auto recheck = [&](const SurfaceMesh& mesh, MeshStage stage, std::span<const Vector3d>) -> std::optional<std::vector<double>> {
+        if (stage == MeshStage::Draft || ++rounds > 2) return std::nullopt;
+        std::vector<double> sizes = mesh.sizes;
+        for (std::size_t v = 0; v < sizes.size(); v += 2)
+            if ((mesh.points[v] - Vector3d(1, 0, 0)).norm() < 0.5) sizes[v] /= 20;
+        return sizes;
+    };
+    const SurfaceMesh mesh = remesh({support, surface.features()}, control, map.cells, {}, recheck).mesh;
+    const MeshReport report = measure({mesh.points, mesh.triangles});
+    CHECK(rounds == 3);
+    CHECK(report.shape.area_length.min >= 0.3);
+    CHECK(report.topology.euler == 2);
 }
