@@ -19,17 +19,19 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kQuadratic = 6, kCubic = 10;  // coefficients
-constexpr int kEnoughForCubic = 15;         // vertices, the one in the middle among them
+constexpr int kQuadratic = 6, kCubic = 10, kQuartic = 15;    // coefficients
+constexpr int kEnoughForCubic = 15, kEnoughForQuartic = 17;  // vertices, the one in the middle among them
 constexpr int kMostVertices = 400;
+constexpr double kLead = 0.6;          // of the errors of a cubic and a quartic: a cubic ahead by less is so by chance
 constexpr double kFall = 0.8;          // the outermost ring weighs 1 / (1 + kFall)
 constexpr double kNormalWeight = 0.5;  // of a slope against a height, once both are lengths
-constexpr double kRidge = 1e-9;        // keeps what the vertices do not tell near zero
+constexpr double kRidge = 1e-12;       // keeps what the vertices do not tell near zero
 
 // The wedges and their neighbours, numbered anew so that those near each other are near each other in memory too.
 struct Graph {
     std::vector<int> wedge;                 // that has each number
     std::vector<Vector3d> points, normals;  // by number, as all below
+    std::vector<char> open;                 // whether a feature or the boundary passes there
     std::vector<int> first, neighbours;     // those of one after those of another
     int most_neighbours = 0;
 
@@ -39,6 +41,7 @@ struct Graph {
         wedge.reserve(size);
         points.reserve(size);
         normals.reserve(size);
+        open.reserve(size);
         first.reserve(size + 1);
         neighbours.reserve(wedges.of_corner.size() + size);
         const auto number_of = [&](int w) {
@@ -57,10 +60,13 @@ struct Graph {
                     neighbours.push_back(number_of(wedges.of_corner[Connectivity::next(h)]));
                     last = Connectivity::prev(h);
                 });
+                open.push_back(0);
                 if (last == Connectivity::kNone) continue;
                 // Where the triangles go all around, the last neighbour is the first.
-                const int end = number_of(wedges.of_corner[last]);
-                if (end != neighbours[first.back()]) neighbours.push_back(end);
+                if (const int end = number_of(wedges.of_corner[last]); end != neighbours[first.back()]) {
+                    open.back() = 1;
+                    neighbours.push_back(end);
+                }
                 most_neighbours = std::max(most_neighbours, static_cast<int>(neighbours.size()) - first.back());
             }
         }
@@ -125,52 +131,56 @@ void unrolled(const Use& use) {
 // Two vertices at a time.
 using Pair = Eigen::Array2d;
 
-// Sums over vertices of x^i y^j for i + j <= 6, of z x^i y^j for i + j <= 3, and of z^2: all that a least squares fit of a cubic
-// asks of them. They are added up by ring, so that a larger fit takes nothing up again.
-class Moments {
-  public:
-    static constexpr int kPower = 6, kHeight = 3;
-    static constexpr int of_power(int i, int j) { return 7 * j - j * (j - 1) / 2 + i; }
-    static constexpr int of_height(int i, int j) { return 28 + 4 * j - j * (j - 1) / 2 + i; }
-    static constexpr int kSquare = 38, kSize = 40;  // the last one is always 0
+// Sums over vertices of x^i y^j and of z x^i y^j, up to what a least squares fit of a cubic or of a quartic asks of them, and of z^2.
+// They are added up by ring, so that a larger fit takes nothing up again.
+struct Moments {
+    // By degree, those for cubics first.
+    static constexpr int of_power(int i, int j) {
+        const int degree = i + j, place = degree * (degree + 1) / 2 + j;
+        return degree <= 6 ? place : place + kCubicSize - 28;
+    }
+    static constexpr int of_height(int i, int j) {
+        const int degree = i + j, place = degree * (degree + 1) / 2 + j;
+        return degree <= 3 ? 28 + place : kCubicSize + 17 + place - 10;
+    }
+    static constexpr int kSquare = 38, kCubicSize = 40, kSize = 62;  // one is always 0
     using Values = Eigen::Array<double, kSize, 1>;
 
-    // @pre as many y and z as x
-    static void find(std::span<const double> xs, std::span<const double> ys, std::span<const double> zs, Values& values) {
+    // For fits of that degree. @pre the same even number of x, y and z; what is beyond `count` is 0
+    template <int degree>
+    static void find(std::span<const double> xs, std::span<const double> ys, std::span<const double> zs, std::size_t count,
+                     Values& values) {
         std::array<Pair, kSize> sums;
         sums.fill(Pair::Zero());
-        std::size_t i = 0;
-        for (; i + 1 < xs.size(); i += 2) add({xs[i], xs[i + 1]}, {ys[i], ys[i + 1]}, {zs[i], zs[i + 1]}, sums);
-        if (i < xs.size()) add({xs[i], 0}, {ys[i], 0}, {zs[i], 0}, sums);
-        for (int k = 0; k < kSize; ++k) values[k] = sums[k][0] + sums[k][1];
-        values[of_power(0, 0)] = static_cast<double>(xs.size());
-    }
-
-  private:
-    static void add(const Pair& x, const Pair& y, const Pair& z, std::array<Pair, kSize>& sums) {
-        Pair power = x;  // of y, times x
-        unrolled<kPower - 1>([&](auto i) { sums[of_power(i + 1, 0)] += power, power *= x; });
-        sums[of_power(kPower, 0)] += power;
-        Pair row = y;
-        unrolled<kPower>([&](auto j) {
-            power = row;
-            unrolled<kPower - j>([&](auto i) {
-                sums[of_power(i, j + 1)] += power;
-                if (i < kPower - j - 1) power *= x;
+        for (std::size_t p = 0; p < xs.size(); p += 2) {
+            const Pair x(xs[p], xs[p + 1]), y(ys[p], ys[p + 1]), z(zs[p], zs[p + 1]);
+            Pair row = x;
+            unrolled<2 * degree + 1>([&](auto j) {
+                constexpr int least = j == 0 ? 1 : 0;  // 1 itself is not summed
+                Pair power = row;
+                unrolled<2 * degree + 1 - j - least>([&](auto i) {
+                    sums[of_power(i + least, j)] += power;
+                    power *= x;
+                });
+                row = j == 0 ? y : Pair(row * y);
             });
-            row *= y;
-        });
-        row = z;
-        unrolled<kHeight + 1>([&](auto j) {
-            power = row;
-            unrolled<kHeight + 1 - j>([&](auto i) { sums[of_height(i, j)] += power, power *= x; });
-            row *= y;
-        });
-        sums[kSquare] += z * z;
+            row = z;
+            unrolled<degree + 1>([&](auto j) {
+                Pair power = row;
+                unrolled<degree + 1 - j>([&](auto i) {
+                    sums[of_height(i, j)] += power;
+                    power *= x;
+                });
+                row *= y;
+            });
+            sums[kSquare] += z * z;
+        }
+        for (int k = 0; k < (degree == 3 ? kCubicSize : kSize); ++k) values[k] = sums[k][0] + sums[k][1];
+        values[of_power(0, 0)] = static_cast<double>(count);
     }
 };
 
-// Exponents of x and y. Slopes and second derivatives come last, where elimination leaves them ready.
+// Exponents of x and y. Those of a cubic stand before the rest of a quartic: elimination passes the cubic fit on its way.
 template <int n>
 constexpr std::array<std::array<int, 2>, n> kTerms{};
 template <>
@@ -178,6 +188,9 @@ constexpr std::array<std::array<int, 2>, kQuadratic> kTerms<kQuadratic>{{{0, 0},
 template <>
 constexpr std::array<std::array<int, 2>, kCubic> kTerms<kCubic>{
     {{0, 0}, {3, 0}, {2, 1}, {1, 2}, {0, 3}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
+template <>
+constexpr std::array<std::array<int, 2>, kQuartic> kTerms<kQuartic>{
+    {{0, 0}, {3, 0}, {2, 1}, {1, 2}, {0, 3}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}, {4, 0}, {3, 1}, {2, 2}, {1, 3}, {0, 4}}};
 
 // z of a height function and what its least squares left: z = ... + fx x + fy y + (fxx x^2 + 2 fxy x y + fyy y^2) / 2.
 struct HeightFit {
@@ -202,6 +215,8 @@ class NormalEquations {
         });
         rows_[n].fill(Pair::Zero());
         at(n, n) = moments[Moments::kSquare];
+        const double ridge = kRidge * at(0, 0);
+        for (int k = 0; k < n; ++k) at(k, k) += kRidge * at(k, k) + ridge;
     }
     // One more equation: row . coefficients = value.
     void add(const std::array<double, n>& row, double value, double weight) {
@@ -211,43 +226,50 @@ class NormalEquations {
         }
         at(n, n) += weight * value * value;
     }
-    HeightFit solve() {
-        const double ridge = kRidge * at(0, 0);
-        for (int k = 0; k < n; ++k) at(k, k) += kRidge * at(k, k) + ridge;
-        std::array<double, n> inverse;
-        unrolled<n>([&](auto k) {
-            inverse[k] = 1 / at(k, k);
+    template <int from, int to>
+    void eliminate() {
+        unrolled<to - from>([&](auto step) {
+            constexpr int k = from + step;
+            inverse_[k] = 1 / at(k, k);
             unrolled<n - k>([&](auto i) {
                 constexpr int r = k + 1 + i;
-                const double share = at(k, r) * inverse[k];
+                const double share = at(k, r) * inverse_[k];
                 unrolled<kWidth - r / 2>([&](auto c) { rows_[r][r / 2 + c] -= share * rows_[k][r / 2 + c]; });
             });
         });
-        std::array<double, n> x;
-        for (int k = n - 1; k >= n - 5; --k) {
+    }
+    // The fit of the first m terms. @pre those are eliminated, and no more
+    template <int m>
+    HeightFit fit() {
+        constexpr int x = n == kQuadratic ? 1 : 5, xx = x + 2, yy = x + 4;
+        std::array<double, m> f;
+        for (int k = m - 1; k >= x; --k) {
             double sum = at(k, n);
-            for (int c = k + 1; c < n; ++c) sum -= at(k, c) * x[c];
-            x[k] = sum * inverse[k];
+            for (int c = k + 1; c < m; ++c) sum -= at(k, c) * f[c];
+            f[k] = sum * inverse_[k];
         }
-        // Diagonal of the inverse, from that of the triangular factor.
-        constexpr int xx = n - 3, xy = n - 2, yy = n - 1;
-        const double a = at(xx, xy) * inverse[xx], b = at(xy, yy) * inverse[xy], c = a * b - at(xx, yy) * inverse[xx];
-        return {x[n - 5],
-                x[n - 4],
-                2 * x[xx],
-                x[xy],
-                2 * x[yy],
-                std::max(0.0, at(n, n)),
-                4 * (inverse[xx] + a * a * inverse[xy] + c * c * inverse[yy]),
-                4 * inverse[yy]};
+        return {f[x], f[x + 1], 2 * f[xx], f[xx + 1], 2 * f[yy], std::max(0.0, at(n, n)), 4 * variance<m, xx>(), 4 * variance<m, yy>()};
     }
 
   private:
     static constexpr int kWidth = n / 2 + 1;  // pairs of n + 1 columns
-    static_assert(n % 2 == 0);
     double& at(int r, int c) { return rows_[r][c / 2][c % 2]; }
 
+    // Of coefficient i among m: an element on the diagonal of the inverse, by a column of that of the triangular factor.
+    template <int m, int i>
+    double variance() {
+        std::array<double, m> column{};
+        column[i] = 1;
+        double sum = inverse_[i];
+        for (int k = i + 1; k < m; ++k) {
+            for (int c = i; c < k; ++c) column[k] -= at(c, k) * inverse_[c] * column[c];
+            sum += column[k] * column[k] * inverse_[k];
+        }
+        return sum;
+    }
+
     std::array<std::array<Pair, kWidth>, n + 1> rows_;
+    std::array<double, n> inverse_;  // of the pivots
 };
 
 class Fitter {
@@ -258,21 +280,48 @@ class Fitter {
     void begin(const Neighbourhood& near) {
         place(near.members());
         summed_ = 0;
+        first_rings_ = near.rings();
     }
     // @pre begun with this neighbourhood
     std::optional<WedgeCurvature> fit(const Neighbourhood& near) {
-        const std::span<const int> members = near.members();
-        if (w_.isZero() || members.size() < 3) return std::nullopt;
-        if (near.rings() >= static_cast<int>(sums_.size())) sums_.resize(near.rings() + 1);
-        for (; summed_ <= near.rings(); ++summed_) sum(near.ring(summed_), sums_[summed_]);
-        Moments::Values moments = Moments::Values::Zero();
-        for (int k = 0; k <= near.rings(); ++k) moments += weight(k, near.rings()) * sums_[k];
-        const double count = static_cast<double>(members.size());
-        if (static_cast<int>(members.size()) >= kEnoughForCubic)
-            return curvature(NormalEquations<kCubic>(moments).solve(), moments[0], count, count - kCubic, near.rings());
+        const int rings = near.rings();
+        const double count = static_cast<double>(near.members().size());
+        if (w_.isZero() || count < 3) return std::nullopt;
+        // A quartic is for the first fit: with it or without, the surface is known there, or there is noise.
+        const bool with_quartic = rings == first_rings_ && count >= kEnoughForQuartic;
+        if (rings >= static_cast<int>(sums_.size())) sums_.resize(rings + 1);
+        for (; summed_ <= rings; ++summed_) {
+            see(near.ring(summed_));
+            if (with_quartic) Moments::find<4>(x_, y_, z_, near.ring(summed_).size(), sums_[summed_]);
+            else Moments::find<3>(x_, y_, z_, near.ring(summed_).size(), sums_[summed_]);
+        }
+        Moments::Values moments = weight(0, rings) * sums_[0];
+        for (int k = 1; k <= rings; ++k) {
+            if (with_quartic) moments += weight(k, rings) * sums_[k];
+            else moments.head<Moments::kCubicSize>() += weight(k, rings) * sums_[k].head<Moments::kCubicSize>();
+        }
+        if (with_quartic) {
+            NormalEquations<kQuartic> equations(moments);
+            equations.eliminate<0, kCubic>();
+            const HeightFit cubic = equations.fit<kCubic>();
+            const double cubic_error = error_of(cubic, moments[0], count, kCubic);
+            equations.eliminate<kCubic, kQuartic>();
+            const HeightFit quartic = equations.fit<kQuartic>();
+            const double quartic_error = error_of(quartic, moments[0], count, kQuartic);
+            // It is better where the surface rather than noise keeps the vertices off the cubic.
+            return kLead * quartic_error < cubic_error ? curvature(quartic, quartic_error, rings) : curvature(cubic, cubic_error, rings);
+        }
+        if (count >= kEnoughForCubic) {
+            NormalEquations<kCubic> equations(moments);
+            equations.eliminate<0, kCubic>();
+            const HeightFit cubic = equations.fit<kCubic>();
+            return curvature(cubic, error_of(cubic, moments[0], count, kCubic), rings);
+        }
         NormalEquations<kQuadratic> equations(moments);
         const auto [slopes, weights] = add_slopes(near, equations);
-        return curvature(equations.solve(), moments[0] + weights, count + slopes, count + slopes - kQuadratic, near.rings());
+        equations.eliminate<0, kQuadratic>();
+        const HeightFit quadratic = equations.fit<kQuadratic>();
+        return curvature(quadratic, error_of(quadratic, moments[0] + weights, count + slopes, kQuadratic), rings);
     }
 
   private:
@@ -305,16 +354,15 @@ class Fitter {
         sy_ = std::max(sy_, 1e-6 * sx_);
     }
 
-    void sum(std::span<const int> ring, Moments::Values& values) {
+    void see(std::span<const int> ring) {
         const Vector3d u = u_ / sx_, v = v_ / sy_;
-        for (std::vector<double>* const coordinates : {&x_, &y_, &z_}) coordinates->resize(ring.size());
+        for (std::vector<double>* const coordinates : {&x_, &y_, &z_}) coordinates->assign((ring.size() + 1) / 2 * 2, 0);
         for (std::size_t i = 0; i < ring.size(); ++i) {
             const Vector3d d = points_[ring[i]] - origin_;
             x_[i] = d.dot(u);
             y_[i] = d.dot(v);
             z_[i] = d.dot(w_);
         }
-        Moments::find(x_, y_, z_, values);
     }
 
     // @returns how many there were, and the sum of their weights
@@ -337,22 +385,20 @@ class Fitter {
         return {count, weights};
     }
 
-    WedgeCurvature curvature(const HeightFit& f, double weights, double count, double free, int rings) const {
+    // Standard error of the second derivatives: across, where the vertices are closest together, it bounds that of the others.
+    double error_of(const HeightFit& f, double weights, double count, int coefficients) const {
+        const double variance = f.residual / weights * count / std::max(1.0, count - coefficients);
+        return std::max(std::sqrt(variance * f.variance_xx) / (sx_ * sx_), std::sqrt(variance * f.variance_yy) / (sy_ * sy_));
+    }
+
+    WedgeCurvature curvature(const HeightFit& f, double error, int rings) const {
         const double fx = f.fx / sx_, fy = f.fy / sy_, fxx = f.fxx / (sx_ * sx_), fxy = f.fxy / (sx_ * sy_), fyy = f.fyy / (sy_ * sy_);
         const double E = 1 + fx * fx, F = fx * fy, G = 1 + fy * fy, length = std::sqrt(1 + fx * fx + fy * fy);
         const double L = fxx / length, M = fxy / length, N = fyy / length;
         const double det = E * G - F * F, H = (E * N - 2 * F * M + G * L) / (2 * det), K = (L * N - M * M) / det;
         const double root = std::sqrt(std::max(0.0, H * H - K));
-        WedgeCurvature result;
         // Heights along the outer normal fall where the surface bends to the inside.
-        result.k1 = -(H + (H < 0 ? -root : root));
-        result.k2 = -(H - (H < 0 ? -root : root));
-        result.normal = (w_ - fx * u_ - fy * v_) / length;
-        result.rings = rings;
-        // The error of the second derivative across, where the vertices are closest together, bounds the others.
-        const double variance = f.residual / weights * count / std::max(1.0, free);
-        result.error = std::max(std::sqrt(variance * f.variance_xx) / (sx_ * sx_), std::sqrt(variance * f.variance_yy) / (sy_ * sy_));
-        return result;
+        return {-(H + (H < 0 ? -root : root)), -(H - (H < 0 ? -root : root)), (w_ - fx * u_ - fy * v_) / length, error, rings};
     }
 
     std::span<const Vector3d> points_, normals_;
@@ -360,7 +406,7 @@ class Fitter {
     double sx_ = 1, sy_ = 1;
     std::vector<double> x_, y_, z_;      // of one ring
     std::vector<Moments::Values> sums_;  // by ring
-    int summed_ = 0;                     // rings
+    int summed_ = 0, first_rings_ = 0;
 };
 
 // Takes a fitted normal back to where the facets around it turn: where few vertices far away lead a fit astray they know better.
@@ -402,7 +448,8 @@ std::vector<WedgeCurvature> estimate_curvature(std::span<const Vector3d> points,
             result[wedge].normal = normals[wedge];
             bool fitted = false;
             while (near.rings() < options.most_rings && near.add_ring()) {
-                if (near.rings() < options.rings) continue;
+                // Beside a feature few vertices near by, with their normals, tell more than many far away, all on one side.
+                if (near.rings() < options.rings || (!graph.open[i] && near.members().size() < kEnoughForCubic)) continue;
                 // More rings are better only while they promise a smaller error.
                 if (!fitted) fitter.begin(near);
                 const std::optional<WedgeCurvature> fit = fitter.fit(near);
