@@ -6,7 +6,9 @@
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 
+#include "gradus/curvature/principal.hpp"
 #include "gradus/surface/smooth_support.hpp"
+#include "support/models.hpp"
 #include "support/triangulations.hpp"
 
 using namespace gradus;
@@ -163,6 +165,31 @@ TEST_CASE("radii of a torus of 10000 irregular vertices are right, also under no
     CHECK(quantile(noisy, 0.5) < 0.05);
     CHECK(quantile(noisy, 0.95) < 0.12);
     CHECK(quantile(noisy, 0.5) > quantile(clean, 0.5));
+}
+
+TEST_CASE("radii of a sampled teapot converge to those of its patches", "[converges]") {
+    const PatchModel model = models::teapot();
+    const auto errors = [&](int n) {
+        std::vector<double> result;
+        for (int p = 0; p < model.num_patches(); ++p) {
+            const triangulations::Sampled sampled = triangulations::sampled(model.patch(p), n);
+            const Estimated e = estimated(sampled.mesh);
+            for (int v = 0; v < static_cast<int>(sampled.uv.size()); ++v)
+                if (sampled.is_inner(v)) result.push_back(std::abs(1 / std::abs(e.curvature[v].k1) / minimal_radius(model.patch(p), sampled.uv[v]) - 1));
+        }
+        std::sort(result.begin(), result.end());
+        return result;
+    };
+    struct Bound {
+        int n;
+        double median, most;
+    };
+    for (const auto& [n, median, most] : {Bound{12, 0.025, 0.3}, Bound{24, 0.002, 0.05}, Bound{48, 0.0002, 0.005}}) {
+        const std::vector<double> e = errors(n);
+        CAPTURE(n, quantile(e, 0.5), quantile(e, 0.95), e.back());
+        CHECK(quantile(e, 0.5) < median);
+        CHECK(quantile(e, 0.95) < most);
+    }
 }
 
 TEST_CASE("curvature at the rim of a cylinder is that of each side: round and flat", "[property]") {
