@@ -1,15 +1,17 @@
 #include "gradus/curvature/estimate.hpp"
 
-#include "gradus/surface/unit_normal.hpp"
-
-#include <Eigen/Cholesky>
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <optional>
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "gradus/surface/unit_normal.hpp"
 
 namespace gradus {
 
@@ -17,80 +19,332 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kCubic = 10, kQuadratic = 6;  // coefficients
-constexpr int kEnoughForCubic = 15;         // vertices, the one in the middle among them
+constexpr int kQuadratic = 6, kCubic = 10, kQuartic = 15;    // coefficients
+constexpr int kEnoughForCubic = 15, kEnoughForQuartic = 17;  // vertices, the one in the middle among them
 constexpr int kMostVertices = 400;
-constexpr double kNormalWeight = 0.5;       // of a slope against a height, once both are lengths
-constexpr double kRidge = 1e-9;             // keeps what the vertices do not tell near zero
+constexpr double kLead = 0.6;          // of the errors of a cubic and a quartic: a cubic ahead by less is so by chance
+constexpr double kFall = 0.8;          // the outermost ring weighs 1 / (1 + kFall)
+constexpr double kNormalWeight = 0.5;  // of a slope against a height, once both are lengths
+constexpr double kRidge = 1e-12;       // keeps what the vertices do not tell near zero
+
+// The wedges and their neighbours, numbered anew so that those near each other are near each other in memory too.
+struct Graph {
+    std::vector<int> wedge;                 // that has each number
+    std::vector<Vector3d> points, normals;  // by number, as all below
+    std::vector<char> open;                 // whether a feature or the boundary passes there
+    std::vector<int> first, neighbours;     // those of one after those of another
+    int most_neighbours = 0;
+
+    Graph(std::span<const Vector3d> point_of, const Connectivity& mesh, const Wedges& wedges, std::span<const Vector3d> normal_of) {
+        const std::size_t size = wedges.size();
+        std::vector<int> number(size, -1);
+        wedge.reserve(size);
+        points.reserve(size);
+        normals.reserve(size);
+        open.reserve(size);
+        first.reserve(size + 1);
+        neighbours.reserve(wedges.of_corner.size() + size);
+        const auto number_of = [&](int w) {
+            if (number[w] < 0) number[w] = static_cast<int>(wedge.size()), wedge.push_back(w);
+            return number[w];
+        };
+        for (int seed = 0; seed < wedges.size(); ++seed) {
+            number_of(seed);
+            // Breadth first: what is numbered here waits in `wedge` for its turn.
+            for (std::size_t i = first.size(); i < wedge.size(); ++i) {
+                points.push_back(point_of[wedges.vertex[wedge[i]]]);
+                normals.push_back(normal_of[wedge[i]]);
+                first.push_back(static_cast<int>(neighbours.size()));
+                int last = Connectivity::kNone;
+                wedges.for_each(mesh, wedge[i], [&](int h) {
+                    neighbours.push_back(number_of(wedges.of_corner[Connectivity::next(h)]));
+                    last = Connectivity::prev(h);
+                });
+                open.push_back(0);
+                if (last == Connectivity::kNone) continue;
+                // Where the triangles go all around, the last neighbour is the first.
+                if (const int end = number_of(wedges.of_corner[last]); end != neighbours[first.back()]) {
+                    open.back() = 1;
+                    neighbours.push_back(end);
+                }
+                most_neighbours = std::max(most_neighbours, static_cast<int>(neighbours.size()) - first.back());
+            }
+        }
+        first.push_back(static_cast<int>(neighbours.size()));
+    }
+    int size() const { return static_cast<int>(wedge.size()); }
+    std::span<const int> neighbours_of(int i) const { return std::span(neighbours).subspan(first[i], first[i + 1] - first[i]); }
+};
 
 // The wedges some rings around one, ring by ring. Reused from wedge to wedge.
 class Neighbourhood {
   public:
-    Neighbourhood(const Connectivity& mesh, const Wedges& wedges) : mesh_(mesh), wedges_(wedges), stamp_(wedges.size(), 0) {}
+    explicit Neighbourhood(const Graph& graph)
+        : graph_(graph), stamp_(graph.size(), 0), members_(kMostVertices + 2 + graph.most_neighbours) {}
 
-    void begin(int wedge) {
+    void begin(int middle) {
         ++now_;
-        members_.assign(1, wedge);
-        stamp_[wedge] = now_;
-        ring_ = 0;
+        members_[0] = middle;
+        stamp_[middle] = now_;
+        size_ = 1;
+        ends_.assign(1, 1);
         outer_ = 0;
     }
     // @returns whether there was anything to add
     bool add_ring() {
-        const std::size_t end = members_.size();
-        for (; outer_ < end; ++outer_) {
-            if (members_.size() > kMostVertices) break;
-            wedges_.for_each(mesh_, members_[outer_], [&](int h) {
-                for (const int e : {Connectivity::next(h), Connectivity::prev(h)}) {
-                    const int w = wedges_.of_corner[e];
-                    if (stamp_[w] != now_) stamp_[w] = now_, members_.push_back(w);
-                }
-            });
-        }
-        ++ring_;
-        return members_.size() > end;
+        const std::size_t end = size_;
+        std::size_t size = end;
+        for (; outer_ < end && size <= kMostVertices; ++outer_)
+            for (const int i : graph_.neighbours_of(members_[outer_])) {
+                // Whether it is new cannot be foretold: without a branch.
+                members_[size] = i;
+                size += stamp_[i] != now_ ? 1 : 0;
+                stamp_[i] = now_;
+            }
+        size_ = size;
+        ends_.push_back(size);
+        return size > end;
     }
-    const std::vector<int>& members() const { return members_; }
-    int rings() const { return ring_; }
+    std::span<const int> members() const { return std::span(members_).first(size_); }
+    // Ring 0 is the one in the middle.
+    std::span<const int> ring(int k) const {
+        const std::size_t begin = k > 0 ? ends_[k - 1] : 0;
+        return std::span(members_).subspan(begin, ends_[k] - begin);
+    }
+    int rings() const { return static_cast<int>(ends_.size()) - 1; }
 
   private:
-    const Connectivity& mesh_;
-    const Wedges& wedges_;
+    const Graph& graph_;
     std::vector<int> stamp_, members_;
-    int now_ = 0, ring_ = 0;
-    std::size_t outer_ = 0;
+    std::vector<std::size_t> ends_;  // of the rings
+    std::size_t size_ = 0, outer_ = 0;
+    int now_ = 0;
+};
+
+// Calls use(std::integral_constant k) for k from 0 to count - 1.
+template <int count, class Use>
+void unrolled(const Use& use) {
+    const auto call = [&]<int... k>(std::integer_sequence<int, k...>) { (use(std::integral_constant<int, k>{}), ...); };
+    call(std::make_integer_sequence<int, count>{});
+}
+
+// Two vertices at a time.
+using Pair = Eigen::Array2d;
+
+// Sums over vertices of x^i y^j and of z x^i y^j, up to what a least squares fit of a cubic or of a quartic asks of them, and of z^2.
+// They are added up by ring, so that a larger fit takes nothing up again.
+struct Moments {
+    // By degree, those for cubics first.
+    static constexpr int of_power(int i, int j) {
+        const int degree = i + j, place = degree * (degree + 1) / 2 + j;
+        return degree <= 6 ? place : place + kCubicSize - 28;
+    }
+    static constexpr int of_height(int i, int j) {
+        const int degree = i + j, place = degree * (degree + 1) / 2 + j;
+        return degree <= 3 ? 28 + place : kCubicSize + 17 + place - 10;
+    }
+    static constexpr int kSquare = 38, kCubicSize = 40, kSize = 62;  // one is always 0
+    using Values = Eigen::Array<double, kSize, 1>;
+
+    // For fits of that degree. @pre the same even number of x, y and z; what is beyond `count` is 0
+    template <int degree>
+    static void find(std::span<const double> xs, std::span<const double> ys, std::span<const double> zs, std::size_t count,
+                     Values& values) {
+        std::array<Pair, kSize> sums;
+        sums.fill(Pair::Zero());
+        for (std::size_t p = 0; p < xs.size(); p += 2) {
+            const Pair x(xs[p], xs[p + 1]), y(ys[p], ys[p + 1]), z(zs[p], zs[p + 1]);
+            Pair row = x;
+            unrolled<2 * degree + 1>([&](auto j) {
+                constexpr int least = j == 0 ? 1 : 0;  // 1 itself is not summed
+                Pair power = row;
+                unrolled<2 * degree + 1 - j - least>([&](auto i) {
+                    sums[of_power(i + least, j)] += power;
+                    power *= x;
+                });
+                row = j == 0 ? y : Pair(row * y);
+            });
+            row = z;
+            unrolled<degree + 1>([&](auto j) {
+                Pair power = row;
+                unrolled<degree + 1 - j>([&](auto i) {
+                    sums[of_height(i, j)] += power;
+                    power *= x;
+                });
+                row *= y;
+            });
+            sums[kSquare] += z * z;
+        }
+        for (int k = 0; k < (degree == 3 ? kCubicSize : kSize); ++k) values[k] = sums[k][0] + sums[k][1];
+        values[of_power(0, 0)] = static_cast<double>(count);
+    }
+};
+
+// Exponents of x and y. Those of a cubic stand before the rest of a quartic: elimination passes the cubic fit on its way.
+template <int n>
+constexpr std::array<std::array<int, 2>, n> kTerms{};
+template <>
+constexpr std::array<std::array<int, 2>, kQuadratic> kTerms<kQuadratic>{{{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
+template <>
+constexpr std::array<std::array<int, 2>, kCubic> kTerms<kCubic>{
+    {{0, 0}, {3, 0}, {2, 1}, {1, 2}, {0, 3}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
+template <>
+constexpr std::array<std::array<int, 2>, kQuartic> kTerms<kQuartic>{
+    {{0, 0}, {3, 0}, {2, 1}, {1, 2}, {0, 3}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}, {4, 0}, {3, 1}, {2, 2}, {1, 3}, {0, 4}}};
+
+// z of a height function and what its least squares left: z = ... + fx x + fy y + (fxx x^2 + 2 fxy x y + fyy y^2) / 2.
+struct HeightFit {
+    double fx, fy, fxx, fxy, fyy;
+    double residual;                  // sum of weighted squares
+    double variance_xx, variance_yy;  // of fxx and fyy, where heights of weight 1 have a variance of 1
+};
+
+// Normal equations of n coefficients, upper triangle, with the right side as the last column and the square of the heights below it.
+template <int n>
+class NormalEquations {
+  public:
+    explicit NormalEquations(const Moments::Values& moments) {
+        constexpr auto& terms = kTerms<n>;
+        unrolled<n>([&](auto r) {
+            rows_[r].fill(Pair::Zero());
+            unrolled<n - r>([&](auto i) {
+                constexpr int c = r + i, power = Moments::of_power(terms[r][0] + terms[c][0], terms[r][1] + terms[c][1]);
+                at(r, c) = moments[power];
+            });
+            at(r, n) = moments[Moments::of_height(terms[r][0], terms[r][1])];
+        });
+        rows_[n].fill(Pair::Zero());
+        at(n, n) = moments[Moments::kSquare];
+        const double ridge = kRidge * at(0, 0);
+        for (int k = 0; k < n; ++k) at(k, k) += kRidge * at(k, k) + ridge;
+    }
+    // One more equation: row . coefficients = value.
+    void add(const std::array<double, n>& row, double value, double weight) {
+        for (int r = 0; r < n; ++r) {
+            for (int c = r; c < n; ++c) at(r, c) += weight * row[r] * row[c];
+            at(r, n) += weight * row[r] * value;
+        }
+        at(n, n) += weight * value * value;
+    }
+    template <int from, int to>
+    void eliminate() {
+        unrolled<to - from>([&](auto step) {
+            constexpr int k = from + step;
+            inverse_[k] = 1 / at(k, k);
+            unrolled<n - k>([&](auto i) {
+                constexpr int r = k + 1 + i;
+                const double share = at(k, r) * inverse_[k];
+                unrolled<kWidth - r / 2>([&](auto c) { rows_[r][r / 2 + c] -= share * rows_[k][r / 2 + c]; });
+            });
+        });
+    }
+    // The fit of the first m terms. @pre those are eliminated, and no more
+    template <int m>
+    HeightFit fit() {
+        constexpr int x = n == kQuadratic ? 1 : 5, xx = x + 2, yy = x + 4;
+        std::array<double, m> f;
+        for (int k = m - 1; k >= x; --k) {
+            double sum = at(k, n);
+            for (int c = k + 1; c < m; ++c) sum -= at(k, c) * f[c];
+            f[k] = sum * inverse_[k];
+        }
+        return {f[x], f[x + 1], 2 * f[xx], f[xx + 1], 2 * f[yy], std::max(0.0, at(n, n)), 4 * variance<m, xx>(), 4 * variance<m, yy>()};
+    }
+
+  private:
+    static constexpr int kWidth = n / 2 + 1;  // pairs of n + 1 columns
+    double& at(int r, int c) { return rows_[r][c / 2][c % 2]; }
+
+    // Of coefficient i among m: an element on the diagonal of the inverse, by a column of that of the triangular factor.
+    template <int m, int i>
+    double variance() {
+        std::array<double, m> column{};
+        column[i] = 1;
+        double sum = inverse_[i];
+        for (int k = i + 1; k < m; ++k) {
+            for (int c = i; c < k; ++c) column[k] -= at(c, k) * inverse_[c] * column[c];
+            sum += column[k] * column[k] * inverse_[k];
+        }
+        return sum;
+    }
+
+    std::array<std::array<Pair, kWidth>, n + 1> rows_;
+    std::array<double, n> inverse_;  // of the pivots
 };
 
 class Fitter {
   public:
-    Fitter(std::span<const Vector3d> points, const Wedges& wedges, std::span<const Vector3d> normals) : points_(points), wedges_(wedges), normals_(normals) {}
+    explicit Fitter(const Graph& graph) : points_(graph.points), normals_(graph.normals) {}
 
-    std::optional<WedgeCurvature> fit(const std::vector<int>& members) {
-        const int wedge = members.front();
-        const Vector3d normal = normals_[wedge];
-        if (normal.isZero() || members.size() < 3) return std::nullopt;
-        place(members, normal);
-        return static_cast<int>(members.size()) >= kEnoughForCubic ? solve<kCubic>(members, normal) : solve<kQuadratic>(members, normal);
+    // For fits to this neighbourhood, as it is and with more rings: the frame it gives is kept.
+    void begin(const Neighbourhood& near) {
+        place(near.members());
+        summed_ = 0;
+        first_rings_ = near.rings();
+    }
+    // @pre begun with this neighbourhood
+    std::optional<WedgeCurvature> fit(const Neighbourhood& near) {
+        const int rings = near.rings();
+        const double count = static_cast<double>(near.members().size());
+        if (w_.isZero() || count < 3) return std::nullopt;
+        // A quartic is for the first fit: with it or without, the surface is known there, or there is noise.
+        const bool with_quartic = rings == first_rings_ && count >= kEnoughForQuartic;
+        if (rings >= static_cast<int>(sums_.size())) sums_.resize(rings + 1);
+        for (; summed_ <= rings; ++summed_) {
+            see(near.ring(summed_));
+            if (with_quartic) Moments::find<4>(x_, y_, z_, near.ring(summed_).size(), sums_[summed_]);
+            else Moments::find<3>(x_, y_, z_, near.ring(summed_).size(), sums_[summed_]);
+        }
+        Moments::Values moments = weight(0, rings) * sums_[0];
+        for (int k = 1; k <= rings; ++k) {
+            if (with_quartic) moments += weight(k, rings) * sums_[k];
+            else moments.head<Moments::kCubicSize>() += weight(k, rings) * sums_[k].head<Moments::kCubicSize>();
+        }
+        if (with_quartic) {
+            NormalEquations<kQuartic> equations(moments);
+            equations.eliminate<0, kCubic>();
+            const HeightFit cubic = equations.fit<kCubic>();
+            const double cubic_error = error_of(cubic, moments[0], count, kCubic);
+            equations.eliminate<kCubic, kQuartic>();
+            const HeightFit quartic = equations.fit<kQuartic>();
+            const double quartic_error = error_of(quartic, moments[0], count, kQuartic);
+            // It is better where the surface rather than noise keeps the vertices off the cubic.
+            return kLead * quartic_error < cubic_error ? curvature(quartic, quartic_error, rings) : curvature(cubic, cubic_error, rings);
+        }
+        if (count >= kEnoughForCubic) {
+            NormalEquations<kCubic> equations(moments);
+            equations.eliminate<0, kCubic>();
+            const HeightFit cubic = equations.fit<kCubic>();
+            return curvature(cubic, error_of(cubic, moments[0], count, kCubic), rings);
+        }
+        NormalEquations<kQuadratic> equations(moments);
+        const auto [slopes, weights] = add_slopes(near, equations);
+        equations.eliminate<0, kQuadratic>();
+        const HeightFit quadratic = equations.fit<kQuadratic>();
+        return curvature(quadratic, error_of(quadratic, moments[0] + weights, count + slopes, kQuadratic), rings);
     }
 
   private:
-    struct Local {
-        double x, y, z, weight;
-    };
+    static double weight(int ring, int rings) {
+        const double share = static_cast<double>(ring) / rings;
+        return 1 / (1 + kFall * share * share);
+    }
 
     // Coordinates along the longer and the shorter spread of the vertices, each over that spread.
-    void place(const std::vector<int>& members, const Vector3d& normal) {
-        const Vector3d origin = points_[wedges_.vertex[members.front()]];
-        const Vector3d u = any_tangent(normal), v = normal.cross(u);
+    void place(std::span<const int> members) {
+        origin_ = points_[members.front()];
+        w_ = normals_[members.front()];
+        if (w_.isZero()) return;
+        const Vector3d u = any_tangent(w_), v = w_.cross(u);
         double xx = 0, xy = 0, yy = 0;
-        local_.clear();
-        for (const int w : members) {
-            const Vector3d d = points_[wedges_.vertex[w]] - origin;
+        for (const int i : members) {
+            const Vector3d d = points_[i] - origin_;
             const double x = d.dot(u), y = d.dot(v);
-            local_.push_back({x, y, d.dot(normal), 1});
             xx += x * x, xy += x * y, yy += y * y;
         }
-        const double angle = std::atan2(2 * xy, xx - yy) / 2, c = std::cos(angle), s = std::sin(angle);
+        // Half the angle of (xx - yy, 2 xy).
+        const double length = std::hypot(xx - yy, 2 * xy), cosine = length > 0 ? (xx - yy) / length : 1;
+        const double c = std::sqrt((1 + cosine) / 2), s = std::copysign(std::sqrt((1 - cosine) / 2), xy);
         u_ = c * u + s * v;
         v_ = c * v - s * u;
         const double n = static_cast<double>(members.size());
@@ -98,101 +352,75 @@ class Fitter {
         sy_ = std::sqrt(std::max(s * s * xx - 2 * c * s * xy + c * c * yy, 0.0) / n);
         sx_ = std::max(sx_, 1e-300);
         sy_ = std::max(sy_, 1e-6 * sx_);
-        for (Local& p : local_) {
-            const double x = (c * p.x + s * p.y) / sx_, y = (c * p.y - s * p.x) / sy_;
-            p.x = x;
-            p.y = y;
-            p.weight = 1 / (1 + (x * x + y * y) / 4);
+    }
+
+    void see(std::span<const int> ring) {
+        const Vector3d u = u_ / sx_, v = v_ / sy_;
+        for (std::vector<double>* const coordinates : {&x_, &y_, &z_}) coordinates->assign((ring.size() + 1) / 2 * 2, 0);
+        for (std::size_t i = 0; i < ring.size(); ++i) {
+            const Vector3d d = points_[ring[i]] - origin_;
+            x_[i] = d.dot(u);
+            y_[i] = d.dot(v);
+            z_[i] = d.dot(w_);
         }
     }
 
-    template <int n>
-    WedgeCurvature solve(const std::vector<int>& members, const Vector3d& normal) {
-        using Row = Eigen::Matrix<double, n, 1>;
-        using Matrix = Eigen::Matrix<double, n, n>;
-        const auto row = [](double x, double y) {
-            Row r;
-            r.template head<6>() << 1, x, y, x * x, x * y, y * y;
-            if constexpr (n == kCubic) r.template tail<4>() << x * x * x, x * x * y, x * y * y, y * y * y;
-            return r;
-        };
-        Matrix A = Matrix::Zero();
-        Row b = Row::Zero();
-        double count = 0;
-        const auto add = [&](const Row& r, double value, double weight) {
-            A.template selfadjointView<Eigen::Lower>().rankUpdate(r, weight);
-            b += weight * value * r;
-            ++count;
-        };
-        for (const Local& p : local_) add(row(p.x, p.y), p.z, p.weight);
-        if constexpr (n == kQuadratic) add_slopes(members, normal, add);
-        const double ridge = kRidge * A.diagonal().maxCoeff();
-        A.diagonal().array() += ridge;
-        const Eigen::LLT<Matrix> llt(A);
-        const Row x = llt.solve(b);
-        double residual = 0, weights = 0;
-        for (const Local& p : local_) {
-            const double miss = row(p.x, p.y).dot(x) - p.z;
-            residual += p.weight * miss * miss;
-            weights += p.weight;
-        }
-        const double free = std::max(1.0, count - n);
-        const double variance = residual / weights * count / free;
+    // @returns how many there were, and the sum of their weights
+    std::pair<int, double> add_slopes(const Neighbourhood& near, NormalEquations<kQuadratic>& equations) const {
+        int count = 0;
+        double weights = 0;
+        for (int k = 0; k <= near.rings(); ++k)
+            for (const int member : near.ring(k)) {
+                const Vector3d& m = normals_[member];
+                const double up = m.dot(w_);
+                constexpr double kSteep = 0.3;
+                if (up < kSteep) continue;
+                const Vector3d d = points_[member] - origin_;
+                const double x = d.dot(u_) / sx_, y = d.dot(v_) / sy_, share = kNormalWeight * weight(k, near.rings());
+                equations.add({0, 1, 0, 2 * x, y, 0}, -m.dot(u_) / up * sx_, share);
+                equations.add({0, 0, 1, 0, x, 2 * y}, -m.dot(v_) / up * sy_, share);
+                count += 2;
+                weights += 2 * share;
+            }
+        return {count, weights};
+    }
 
-        const double fx = x[1] / sx_, fy = x[2] / sy_, fxx = 2 * x[3] / (sx_ * sx_), fxy = x[4] / (sx_ * sy_), fyy = 2 * x[5] / (sy_ * sy_);
+    // Standard error of the second derivatives: across, where the vertices are closest together, it bounds that of the others.
+    double error_of(const HeightFit& f, double weights, double count, int coefficients) const {
+        const double variance = f.residual / weights * count / std::max(1.0, count - coefficients);
+        return std::max(std::sqrt(variance * f.variance_xx) / (sx_ * sx_), std::sqrt(variance * f.variance_yy) / (sy_ * sy_));
+    }
+
+    WedgeCurvature curvature(const HeightFit& f, double error, int rings) const {
+        const double fx = f.fx / sx_, fy = f.fy / sy_, fxx = f.fxx / (sx_ * sx_), fxy = f.fxy / (sx_ * sy_), fyy = f.fyy / (sy_ * sy_);
         const double E = 1 + fx * fx, F = fx * fy, G = 1 + fy * fy, length = std::sqrt(1 + fx * fx + fy * fy);
         const double L = fxx / length, M = fxy / length, N = fyy / length;
         const double det = E * G - F * F, H = (E * N - 2 * F * M + G * L) / (2 * det), K = (L * N - M * M) / det;
         const double root = std::sqrt(std::max(0.0, H * H - K));
-        WedgeCurvature result;
         // Heights along the outer normal fall where the surface bends to the inside.
-        result.k1 = -(H + (H < 0 ? -root : root));
-        result.k2 = -(H - (H < 0 ? -root : root));
-        result.normal = (normal - fx * u_ - fy * v_).normalized();
-        // The error of the second derivative across, where the vertices are closest together, bounds the others.
-        const auto error_of = [&](int i, double scale) {
-            Row unit = Row::Zero();
-            unit[i] = 1;
-            return scale * std::sqrt(std::max(0.0, variance * llt.solve(unit)[i]));
-        };
-        result.error = std::max(error_of(3, 2 / (sx_ * sx_)), error_of(5, 2 / (sy_ * sy_)));
-        return result;
+        return {-(H + (H < 0 ? -root : root)), -(H - (H < 0 ? -root : root)), (w_ - fx * u_ - fy * v_) / length, error, rings};
     }
 
-    template <class Add>
-    void add_slopes(const std::vector<int>& members, const Vector3d& normal, const Add& add) const {
-        for (std::size_t i = 0; i < members.size(); ++i) {
-            const Vector3d& m = normals_[members[i]];
-            const double up = m.dot(normal);
-            constexpr double kSteep = 0.3;
-            if (up < kSteep) continue;
-            const auto [x, y, z, weight] = local_[i];
-            Eigen::Matrix<double, kQuadratic, 1> r;
-            r << 0, 1, 0, 2 * x, y, 0;
-            add(r, -m.dot(u_) / up * sx_, kNormalWeight * weight);
-            r << 0, 0, 1, 0, x, 2 * y;
-            add(r, -m.dot(v_) / up * sy_, kNormalWeight * weight);
-        }
-    }
-
-    std::span<const Vector3d> points_;
-    const Wedges& wedges_;
-    std::span<const Vector3d> normals_;
-    std::vector<Local> local_;
-    Vector3d u_, v_;
+    std::span<const Vector3d> points_, normals_;
+    Vector3d origin_, u_, v_, w_;
     double sx_ = 1, sy_ = 1;
+    std::vector<double> x_, y_, z_;      // of one ring
+    std::vector<Moments::Values> sums_;  // by ring
+    int summed_ = 0, first_rings_ = 0;
 };
 
 // Takes a fitted normal back to where the facets around it turn: where few vertices far away lead a fit astray they know better.
-Vector3d among_facets(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges, int wedge, const Vector3d& middle, const Vector3d& fitted) {
+Vector3d among_facets(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges, int wedge, const Vector3d& middle,
+                      const Vector3d& fitted) {
+    const double cosine = fitted.dot(middle);
     double least = 1;
     wedges.for_each(mesh, wedge, [&](int h) {
+        if (cosine >= least) return;
         const Vector3d& p = points[mesh.origin(h)];
         const Vector3d n = (points[mesh.target(h)] - p).cross(points[mesh.apex(h)] - p);
         const double length = n.norm();
         if (length > 0) least = std::min(least, n.dot(middle) / length);
     });
-    const double cosine = fitted.dot(middle);
     if (cosine >= least) return fitted;
     const Vector3d away = fitted - cosine * middle;
     const double length = away.norm();
@@ -209,26 +437,31 @@ std::vector<WedgeCurvature> estimate_curvature(std::span<const Vector3d> points,
         Neighbourhood near;
         Fitter fitter;
     };
-    tbb::enumerable_thread_specific<Tools> tools([&] { return Tools{Neighbourhood(mesh, wedges), Fitter(points, wedges, normals)}; });
-    tbb::parallel_for(tbb::blocked_range<int>(0, wedges.size(), 256), [&](const tbb::blocked_range<int>& range) {
+    const Graph graph(points, mesh, wedges, normals);
+    tbb::enumerable_thread_specific<Tools> tools([&] { return Tools{Neighbourhood(graph), Fitter(graph)}; });
+    tbb::parallel_for(tbb::blocked_range<int>(0, graph.size(), 256), [&](const tbb::blocked_range<int>& range) {
         auto& [near, fitter] = tools.local();
-        for (int wedge = range.begin(); wedge < range.end(); ++wedge) {
+        for (int i = range.begin(); i < range.end(); ++i) {
+            const int wedge = graph.wedge[i];
             if (wedges.first[wedge] == Connectivity::kNone) continue;
-            near.begin(wedge);
+            near.begin(i);
             result[wedge].normal = normals[wedge];
             bool fitted = false;
             while (near.rings() < options.most_rings && near.add_ring()) {
-                if (near.rings() < options.rings) continue;
+                // Beside a feature few vertices near by, with their normals, tell more than many far away, all on one side.
+                if (near.rings() < options.rings || (!graph.open[i] && near.members().size() < kEnoughForCubic)) continue;
                 // More rings are better only while they promise a smaller error.
-                const std::optional<WedgeCurvature> fit = fitter.fit(near.members());
+                if (!fitted) fitter.begin(near);
+                const std::optional<WedgeCurvature> fit = fitter.fit(near);
                 if (!fit || (fitted && fit->error >= result[wedge].error)) break;
                 result[wedge] = *fit;
-                result[wedge].rings = near.rings();
                 fitted = true;
                 if (fit->error <= options.precision * std::max(std::abs(fit->k1), options.least_curvature)) break;
             }
-            if (!fitted)
-                if (const auto fit = fitter.fit(near.members())) result[wedge] = *fit;
+            if (!fitted) {
+                fitter.begin(near);
+                if (const auto fit = fitter.fit(near)) result[wedge] = *fit;
+            }
             result[wedge].normal = among_facets(points, mesh, wedges, wedge, normals[wedge], result[wedge].normal);
         }
     });

@@ -24,6 +24,7 @@ constexpr double kBeside = 0.15, kSurely = 1.05;
 // The same of small rings and of networks whose curves are of few edges.
 constexpr double kBesideRing = 0.05, kBesideJagged = 0.1, kCalm = 0.02;
 constexpr int kLongCurve = 4;
+constexpr double kRounding = 1e-6;       // of a cosine, generously
 
 using Points = std::span<const Eigen::Vector3d>;
 
@@ -56,7 +57,6 @@ class Finder {
         features.corner.assign(mesh_.num_vertices(), 0);
         for (const int v : known_corners) features.corner[v] = 1;
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) mesh_.set_tag(h, -1);
-        find_defects();
         for (int v = 0; v < mesh_.num_vertices(); ++v)
             if (degree_[v] > 0 ? degree_[v] != 2 || is_turn(v) : is_tip(v)) features.corner[v] = 1;
         // Chains from corner to corner, then the closed ones.
@@ -113,11 +113,13 @@ class Finder {
     }
 
     void mark_creases() {
+        // Most edges are far from being creases; near the limit the angle itself decides.
+        const double nearly_flat = std::cos(options_.weak_angle) + kRounding;
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
             const int g = mesh_.twin(h);
             if (g < h || kind_[h] == Kind::Certain) continue;
             const Eigen::Vector3d &n = normals_[h / 3], &m = normals_[g / 3];
-            if (n.isZero() || m.isZero()) continue;
+            if (n.isZero() || m.isZero() || n.dot(m) > nearly_flat) continue;
             const Eigen::Vector3d axis = along(mesh_.origin(h), mesh_.target(h));
             const double turn = turn_about(axis, n, m);
             if (std::abs(turn) < options_.weak_angle) continue;
@@ -378,34 +380,43 @@ class Finder {
         return along(far_along(v, a), v).dot(along(v, far_along(v, b))) <= straight;
     }
 
-    // What the angles around each vertex off features are short of a whole turn.
-    void find_defects() {
-        defects_.assign(mesh_.num_vertices(), 0);
-        for (int v = 0; v < mesh_.num_vertices(); ++v) {
-            if (!mesh_.is_live_vertex(v) || degree_[v] > 0) continue;
-            double sum = 0;
-            mesh_.for_each_outgoing(v, [&](int h) {
-                const Eigen::Vector3d a = along(v, mesh_.target(h)), b = along(v, mesh_.apex(h));
-                sum += std::atan2(a.cross(b).norm(), a.dot(b));
-            });
-            defects_[v] = 2 * std::numbers::pi - sum;
-        }
+    // What the angles around a vertex are short of a whole turn; none at features.
+    double defect(int v) const {
+        if (!mesh_.is_live_vertex(v) || degree_[v] > 0) return 0;
+        double sum = 0;
+        mesh_.for_each_outgoing(v, [&](int h) {
+            const Eigen::Vector3d a = along(v, mesh_.target(h)), b = along(v, mesh_.apex(h));
+            sum += std::atan2(a.cross(b).norm(), a.dot(b));
+        });
+        return 2 * std::numbers::pi - sum;
+    }
+
+    // Whether the facets around v surely are short of a whole turn by less than a tip. Seen along a normal from which none of
+    // theirs is farther than an angle t they go around once at least, and are seen with angles of 1 / cos t of theirs at most.
+    bool is_blunt(int v) const {
+        static const double least = 1 - kTip / (2 * std::numbers::pi) + kRounding;
+        const Eigen::Vector3d& seen_from = normals_[mesh_.outgoing(v) / 3];
+        bool blunt = true;
+        mesh_.for_each_outgoing(v, [&](int h) { blunt = blunt && normals_[h / 3].dot(seen_from) > least; });
+        return blunt;
     }
 
     // The point of a cone: sharp, with no such neighbour, and high enough.
     bool is_tip(int v) const {
-        if (!(defects_[v] > kTip)) return false;
+        if (!mesh_.is_live_vertex(v) || is_blunt(v)) return false;
+        const double own = defect(v);
+        if (!(own > kTip)) return false;
         Eigen::Vector3d axis(0, 0, 0);
         double beside = 0, height = 0;
         int count = 0;
         for_each_edge(v, [&](int, int other) { axis += along(other, v); });
         axis = axis.stableNormalized();
         for_each_edge(v, [&](int, int other) {
-            beside = std::max(beside, std::abs(defects_[other]));
+            beside = std::max(beside, std::abs(defect(other)));
             height += axis.dot(points_[v] - points_[other]);
             ++count;
         });
-        return beside < defects_[v] / 2 && height > count * kTipRelief * options_.scale;
+        return beside < own / 2 && height > count * kTipRelief * options_.scale;
     }
 
     FeatureChain trace(int h, int from, int to, const std::vector<char>& corner, int number) {
@@ -432,7 +443,6 @@ class Finder {
     std::vector<Eigen::Vector3d> normals_;  // of facets; zero where they have none
     std::vector<Kind> kind_;
     std::vector<int> degree_;  // feature edges per vertex
-    std::vector<double> defects_;  // per vertex off features, radians
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "gradus/mesh/soup.hpp"
+#include "gradus/surface/parametric_surface.hpp"
 #include "quality/meshes.hpp"
 
 namespace gradus::triangulations {
@@ -157,6 +158,25 @@ inline Mesh graph(int n, const std::function<double(double, double)>& f, double 
         p.z() = f(p.x(), p.y());
     }
     return mesh;
+}
+
+/// The inner part of a patch, uv in [0.1, 0.9] of its domain: n x n quads with all vertices jittered along u and v.
+struct Sampled {
+    Mesh mesh;
+    std::vector<Eigen::Vector2d> uv;
+    /// Whether vertex v lies well inside: what its neighbours tell is not cut off by the boundary.
+    bool is_inner(int v) const { return uv[v].minCoeff() > 0.3 && uv[v].maxCoeff() < 0.7; }
+};
+inline Sampled sampled(const ParametricSurface& patch, int n, double jitter = 0.12, unsigned seed = 7) {
+    Sampled result{testing::square(n), {}};
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> offset(-jitter / n, jitter / n);
+    for (Eigen::Vector3d& p : result.mesh.points) {
+        const double u = p.x() + offset(random), v = p.y() + offset(random);
+        result.uv.push_back(Eigen::Vector2d(0.1 + 0.8 * u, 0.1 + 0.8 * v));
+        p = patch.position(result.uv.back());
+    }
+    return result;
 }
 
 inline double mean_edge(const Mesh& mesh) {

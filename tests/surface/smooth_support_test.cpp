@@ -3,7 +3,10 @@
 
 #include <catch2/catch.hpp>
 
+#include "gradus/control/triangulation.hpp"
 #include "gradus/mesh/closest.hpp"
+#include "gradus/surface/projection.hpp"
+#include "support/models.hpp"
 #include "support/triangulations.hpp"
 
 using namespace gradus;
@@ -130,6 +133,46 @@ TEST_CASE("at 5000 vertices the smooth surface is a hundred times nearer than th
     const Errors e = errors(Smooth(mesh, known.normal), known);
     CAPTURE(sphere, mesh.points.size(), e.smooth, e.flat);
     CHECK(e.flat / e.smooth > 100);
+}
+
+TEST_CASE("over a sampled teapot the smooth surface is a hundred times nearer than the facets", "[converges]") {
+    const PatchModel model = models::teapot();
+    // Distances to the patches, sorted, of points over facets and on them; normals are those that the vertices alone tell.
+    struct Distances {
+        std::vector<double> smooth, flat;
+    };
+    const auto distances = [&](int n) {
+        Distances d;
+        for (int p = 0; p < model.num_patches(); ++p) {
+            const ParametricSurface& patch = model.patch(p);
+            const triangulations::Sampled sampled = triangulations::sampled(patch, n);
+            const Triangulation surface(triangulations::soup(sampled.mesh));
+            const SmoothSupport support = surface.support();
+            for (int t = 0; t < surface.mesh().num_triangles(); ++t) {
+                const Triangle& v = sampled.mesh.triangles[t];
+                if (!sampled.is_inner(v[0]) || !sampled.is_inner(v[1]) || !sampled.is_inner(v[2])) continue;
+                for (const auto& [b, c] : {std::pair(1.0 / 3, 1.0 / 3), {0.5, 0.5}, {0.5, 0.0}, {0.2, 0.6}}) {
+                    const auto& points = sampled.mesh.points;
+                    const Eigen::Vector2d near = (1 - b - c) * sampled.uv[v[0]] + b * sampled.uv[v[1]] + c * sampled.uv[v[2]];
+                    const Vector3d flat = (1 - b - c) * points[v[0]] + b * points[v[1]] + c * points[v[2]];
+                    d.smooth.push_back(project(patch, support.point(t, b, c), near).distance);
+                    d.flat.push_back(project(patch, flat, near).distance);
+                }
+            }
+        }
+        std::sort(d.smooth.begin(), d.smooth.end());
+        std::sort(d.flat.begin(), d.flat.end());
+        return d;
+    };
+    const auto median = [](const std::vector<double>& d) { return d[d.size() / 2]; };
+    const Distances coarse = distances(24), fine = distances(48);
+    CAPTURE(median(coarse.flat), median(coarse.smooth), median(fine.flat), median(fine.smooth));
+    CAPTURE(coarse.flat.back(), coarse.smooth.back(), fine.flat.back(), fine.smooth.back());
+    CHECK(median(coarse.flat) / median(coarse.smooth) > 200);
+    CHECK(median(fine.flat) / median(fine.smooth) > 500);
+    CHECK(fine.flat.back() / fine.smooth.back() > 100);
+    CHECK(median(coarse.smooth) / median(fine.smooth) > 6);
+    CHECK(coarse.smooth.back() / fine.smooth.back() > 10);
 }
 
 TEST_CASE("patches meet with one tangent plane along their edges", "[property]") {

@@ -9,7 +9,7 @@
 namespace gradus {
 
 struct EstimateOptions {
-    int rings = 2;            ///< neighbours of a fit to begin with, in edges
+    int rings = 2;            ///< neighbours of a fit to begin with, in edges; off features more where few edges meet
     int most_rings = 6;       ///< and at most
     double precision = 0.05;  ///< standard error of the curvature, over itself, above which a fit takes another ring
     /// Curvatures below this, 1 / length, need no precision.
@@ -24,10 +24,12 @@ struct WedgeCurvature {
     int rings = 0;                                      ///< of the fit that was taken
 };
 
-/// A cubic height function is fitted to the vertices some rings around each wedge, none of them beyond a feature, by weighted least
-/// squares, not through the vertex itself; where few vertices can be had, a quadratic one to their places and normals.
-/// [Cazals, Pouget 2005] Noise: rings are added until the standard error that the residuals tell is below `precision`. So the
-/// smoothing grows with the noise, over the second power of the edges, and without noise there is none beyond two rings.
+/// A height function is fitted to the vertices some rings around each wedge, none of them beyond a feature, by weighted least
+/// squares, not through the vertex itself [Cazals, Pouget 2005]: a cubic, or a quartic where the first rings show it to be clearly
+/// better. Noise: rings are added to a cubic until the standard error that the residuals tell is below `precision`. So the
+/// smoothing grows with the noise, over the second power of the edges; without noise errors fall with the third power of the edges
+/// where there are 17 vertices in two rings, else with the second. Where few vertices can be had, as beside features, a quadratic is
+/// fitted to their places and normals.
 /// @param normals  a first guess, one per wedge: wedge_normals()
 std::vector<WedgeCurvature> estimate_curvature(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, const Wedges& wedges,
                                                std::span<const Eigen::Vector3d> normals, const EstimateOptions& options = {});
