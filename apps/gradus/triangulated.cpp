@@ -27,6 +27,7 @@ constexpr double kPlace = 4;           // width of a place over the chord error
 constexpr int kMostInVain = 4;
 constexpr double kAlmostClosest = 1.3;
 constexpr double kAround = 3;          // sizes
+constexpr double kSampleShare = 0.9;  // of the chord error, that samples keep of triangles that keep it
 constexpr double kFewFar = 0.01;      // of the triangles, too far off in a draft that is good enough
 constexpr double kProgress = 0.95;
 constexpr double kGoal = 0.8;          // of the chord error, aimed at where it was not kept
@@ -51,7 +52,7 @@ class Keeper {
     // Sizes at the vertices of a draft to go on with; nothing where its triangles keep the chord error.
     std::optional<std::vector<double>> refine_draft(const SurfaceMesh& mesh, double chord_error) {
         if (mesh_.refinements == kMostDrafts) return std::nullopt;
-        const std::vector<TooFar> far = prove_from_mesh(mesh, chord_error, same_triangles(proof_.mesh, mesh));
+        const std::vector<TooFar> far = target_.sample_from({mesh.points, mesh.triangles}, kSampleShare * chord_error, triangles_under(mesh));
         if (static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size())) return std::nullopt;
         return lowered(mesh, far, chord_error, kLeastInDrafts, {});
     }

@@ -129,20 +129,6 @@ class DistanceSearch {
         });
     }
 
-  private:
-    double distance_to(int triangle, const Vector3d& p) const {
-        const Triangle& t = target_.mesh_.triangles[triangle];
-        const auto& points = target_.mesh_.points;
-        return (p - closest_point(p, points[t[0]], points[t[1]], points[t[2]])).norm();
-    }
-
-    // Largest distance of the corners of a piece to a triangle; not looked for any more once it is above `enough`.
-    double farthest_corner(const Polygon& piece, int triangle, double enough) const {
-        double most = 0;
-        for (int i = 0; i < piece.size && most <= enough; ++i) most = std::max(most, distance_to(triangle, piece.corner[i]));
-        return most;
-    }
-
     // The triangle that is reached from one by ever closer neighbours, and its distance.
     std::pair<int, double> descend_to(const Vector3d& p, int triangle) const {
         double here = distance_to(triangle, p);
@@ -161,6 +147,24 @@ class DistanceSearch {
         return {triangle, here};
     }
 
+  private:
+    double distance_to(int triangle, const Vector3d& p) const {
+        const DistanceTarget::Facet& f = target_.facets_[triangle];
+        const Vector3d d = p - f.corner;
+        const double b = f.to_b.dot(d), c = f.to_c.dot(d);
+        if (b >= 0 && c >= 0 && b + c <= 1) return std::abs(f.normal.dot(d));
+        const Triangle& t = target_.mesh_.triangles[triangle];
+        const auto& points = target_.mesh_.points;
+        return (p - closest_point(p, points[t[0]], points[t[1]], points[t[2]])).norm();
+    }
+
+    // Largest distance of the corners of a piece to a triangle; not looked for any more once it is above `enough`.
+    double farthest_corner(const Polygon& piece, int triangle, double enough) const {
+        double most = 0;
+        for (int i = 0; i < piece.size && most <= enough; ++i) most = std::max(most, distance_to(triangle, piece.corner[i]));
+        return most;
+    }
+
     // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and gives the rest to use(piece, triangle)
     // with it, while that returns true. @returns whether it always did
     template <class Use>
@@ -174,7 +178,7 @@ class DistanceSearch {
             const int g = target_.neighbours_[t][k];
             if (g < 0 || k == from || polygon.size + 3 > kMostCorners) continue;
             const Vector3d& start = target_.mesh_.points[v[k]];
-            const Vector3d along = target_.mesh_.points[v[(k + 1) % 3]] - start, m = along.cross(target_.normals_[t] + target_.normals_[g]);
+            const Vector3d along = target_.mesh_.points[v[(k + 1) % 3]] - start, m = along.cross(target_.facets_[t].normal + target_.facets_[g].normal);
             cut(polygon, start, m, kSlack * along.norm() * m.norm(), beyond);
             if (beyond.size == 0) continue;
             const auto& back = target_.neighbours_[g];
@@ -257,7 +261,34 @@ DistanceTarget::DistanceTarget(const MeshView& mesh)
         neighbours_[uses[0] / 3][uses[0] % 3] = uses[1] / 3;
         neighbours_[uses[1] / 3][uses[1] % 3] = uses[0] / 3;
     }
-    for (const auto& [a, b, c] : mesh.triangles) normals_.push_back((mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]).stableNormalized());
+    facets_.reserve(mesh.triangles.size());
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Vector3d u = mesh.points[b] - mesh.points[a], v = mesh.points[c] - mesh.points[a], n = u.cross(v);
+        // Without area no point is over it: the coordinates are no numbers then.
+        facets_.push_back({mesh.points[a], n.stableNormalized(), v.cross(n) / n.squaredNorm(), n.cross(u) / n.squaredNorm()});
+    }
+}
+
+std::vector<TooFar> DistanceTarget::sample_from(const MeshView& from, double limit, std::span<const int> near) const {
+    const OneSidedOptions options;
+    const DistanceSearch search(*this, options);
+    const auto n = static_cast<int>(from.triangles.size());
+    std::vector<TooFar> found(n);
+    tbb::parallel_for(tbb::blocked_range<int>(0, n, 256), [&](const auto& range) {
+        for (int t = range.begin(); t < range.end(); ++t) {
+            const auto& [a, b, c] = from.triangles[t];
+            const Vector3d &pa = from.points[a], &pb = from.points[b], &pc = from.points[c];
+            const std::pair<Vector3d, int> samples[] = {{(pa + pb + pc) / 3, a}, {(pa + pb) / 2, a}, {(pb + pc) / 2, b}, {(pc + pa) / 2, c}};
+            for (const auto& [p, v] : samples) {
+                const auto [start, at_most] = search.descend_to(p, near[v]);
+                if (at_most <= std::max(limit, found[t].distance)) continue;
+                const auto [triangle, distance] = closest(p, start);
+                if (distance > std::max(limit, found[t].distance)) found[t] = {t, distance, p, triangle};
+            }
+        }
+    });
+    std::erase_if(found, [](const TooFar& f) { return f.triangle < 0; });
+    return found;
 }
 
 const ClosestTriangle& DistanceTarget::tree() const {

@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <catch2/catch.hpp>
+#include <map>
 #include <set>
 
 #include "support/triangulations.hpp"
@@ -162,6 +163,32 @@ TEST_CASE("with a limit, the bound is within it exactly where no triangle is bey
         for (int t = 0; t < static_cast<int>(a.triangles.size()); ++t)
             if (sampled(b, a, t, 6) > limit * (1 + 1e-9)) CHECK(named.count(t) == 1);
     }
+}
+
+TEST_CASE("samples name the triangles of which the middle or that of a side is beyond a limit, by the largest of them", "[property]") {
+    const unsigned seed = GENERATE(range(1u, 4u));
+    const Mesh target = bumpy(9, seed), from = bumpy(6, seed + 10);
+    const DistanceTarget surface({target.points, target.triangles});
+    std::vector<int> near(from.points.size());
+    for (std::size_t v = 0; v < near.size(); ++v) near[v] = surface.closest(from.points[v]).triangle;
+    const double limit = 0.02;
+    std::map<int, double> named;
+    for (const TooFar& f : surface.sample_from({from.points, from.triangles}, limit, near)) {
+        named[f.triangle] = f.distance;
+        CHECK(brute_distance(target, f.point) == Approx(f.distance).epsilon(1e-12));
+    }
+    std::size_t beyond = 0;
+    for (int t = 0; t < static_cast<int>(from.triangles.size()); ++t) {
+        const Vector3d &a = from.points[from.triangles[t][0]], &b = from.points[from.triangles[t][1]], &c = from.points[from.triangles[t][2]];
+        double largest = 0;
+        for (const Vector3d& p : {Vector3d((a + b + c) / 3), Vector3d((a + b) / 2), Vector3d((b + c) / 2), Vector3d((c + a) / 2)})
+            largest = std::max(largest, brute_distance(target, p));
+        CHECK(named.count(t) == (largest > limit));
+        if (largest > limit) CHECK(named[t] == Approx(largest).epsilon(1e-12));
+        beyond += largest > limit;
+    }
+    CHECK(beyond > 0);
+    CHECK(beyond < from.triangles.size());
 }
 
 TEST_CASE("a sphere is as far from its inscribed triangulation as its facets are deep", "[property]") {

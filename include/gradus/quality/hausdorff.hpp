@@ -62,6 +62,10 @@ class DistanceTarget {
     /// With a limit and near triangles known, those that keep it are found without any search.
     OneSidedDistance measure_from(const MeshView& from, const OneSidedOptions& options = {}) const;
 
+    /// Triangles of a surface of which the middle, or that of a side, is farther than a limit: fast, and no proof. Parallel.
+    /// @param near  for each vertex a triangle of the target near it
+    std::vector<TooFar> sample_from(const MeshView& from, double limit, std::span<const int> near) const;
+
     /// Of one point. @param near  a triangle that is near it, or -1
     double distance(const Eigen::Vector3d& p, int near = -1) const { return closest(p, near).distance; }
     ClosestTriangle::Hit closest(const Eigen::Vector3d& p, int near = -1) const { return tree().closest(p, near); }
@@ -80,7 +84,11 @@ class DistanceTarget {
     MeshView mesh_;
     std::unique_ptr<Tree> tree_;  // made when it is asked for
     std::vector<std::array<int, 3>> neighbours_;  // across side k of each triangle, -1 where there is none or more than one
-    std::vector<Eigen::Vector3d> normals_;
+    struct Facet {
+        Eigen::Vector3d corner, normal;  // unit, or zero
+        Eigen::Vector3d to_b, to_c;      // products with p - corner are p's coordinates over the triangle
+    };
+    std::vector<Facet> facets_;
 };
 
 }  // namespace gradus
