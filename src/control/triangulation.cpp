@@ -79,6 +79,7 @@ Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& opti
     KnownFeatures known{.edges = soup_.edges, .corners = soup_.corners};
     if (options.label_borders) known.labels = soup_.labels;
     features_ = find_features(soup_.points, mesh_, options.features, known);
+    frozen_ = frozen_elements(soup_.points, mesh_, soup_.required);
     wedges_ = wedges_of(mesh_);
     const std::vector<Vector3d> normals = wedge_normals(soup_.points, mesh_, wedges_);
     curvature_ = estimate_curvature(soup_.points, mesh_, wedges_, normals, {.least_curvature = options.least_curvature});
@@ -99,6 +100,13 @@ TriangulationBackground background_of(std::span<const Vector3d> points, std::spa
     for (int t = static_cast<int>(triangles.size()) - 1; t >= 0; --t)
         for (const int v : triangles[t]) background.cells[v] = t;
     return background;
+}
+
+// Elements beside frozen ones are to be as large as these.
+void heed_frozen(const Triangulation& surface, std::vector<double>& sizes) {
+    const std::vector<double> lengths = frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen());
+    for (std::size_t v = 0; v < lengths.size(); ++v)
+        if (lengths[v] > 0) sizes[v] = lengths[v];
 }
 
 // What a rule says beside curvature, at places of the triangulation.
@@ -185,6 +193,7 @@ class Cutter {
             if (mesh_.is_live_vertex(v)) bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v));
         });
         for (const Bounds::Bound& bound : bounds) sizes_.push_back(bound.size);
+        heed_frozen(surface, sizes_);
         for (const Bounds::Bound& bound : bounds) note(bound);
     }
 
@@ -311,6 +320,7 @@ class Cutter {
 
     Bounds::Bound middle_bound(int h) const {
         const int g = mesh_.twin(h);
+        if (source_[h] >= 0 && surface_.frozen().has_edge(source_[h])) return {std::sqrt(sizes_[mesh_.origin(h)] * sizes_[mesh_.target(h)])};
         double curvature = middle_curvature(h);
         if (g >= 0) curvature = std::max(curvature, middle_curvature(g));
         if (mesh_.tag(h) >= 0) curvature = std::max(curvature, (on_curve_[mesh_.origin(h)] + on_curve_[mesh_.target(h)]) / 2);
@@ -470,7 +480,9 @@ TriangulationBackground make_background(const Triangulation& surface, const Sizi
 }
 
 TriangulationBackground make_background(const Triangulation& surface, std::span<const double> sizes) {
-    return background_of(surface.soup().points, surface.soup().triangles, sizes);
+    std::vector<double> heeding(sizes.begin(), sizes.end());
+    heed_frozen(surface, heeding);
+    return background_of(surface.soup().points, surface.soup().triangles, heeding);
 }
 
 std::vector<double> geometric_sizes(const Triangulation& surface, const SizingRule& rule) {
