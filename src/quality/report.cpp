@@ -105,10 +105,42 @@ void append_shape(std::string& text, const ShapeReport& s) {
 }
 
 void append_edges(std::string& text, const EdgeReport& e) {
-    text += fmt::format("edges in the size map: {:.2f} % in [.71, 1.41], {:.2f} % shorter, {:.2f} % longer; efficiency {:.4f}\n", 100 * e.unit_share,
-                        100 * e.short_share, 100 * e.long_share, e.efficiency);
+    text += fmt::format("edges in the size map: {:.2f} % in [.71, 1.41], {} ({:.2f} %) shorter, {} ({:.2f} %) longer; efficiency {:.4f}\n",
+                        100 * e.unit_share, e.num_short, 100 * e.short_share, e.num_long, 100 * e.long_share, e.efficiency);
     append_low_table(text, {{"metric length", &e.length}});
     append_high_table(text, {{"", &e.length}});
+}
+
+std::string share_of(const Shortfall& all, const Shortfall& unexplained) {
+    return fmt::format("{:>10} {:>11.4g} {:>14}", all.count, all.worst, unexplained.count);
+}
+
+void append_offenders(std::string& text, const OffenderReport& o) {
+    constexpr std::size_t kListed = 20;
+    if (o.num_groups == 0) {
+        text += "elements short of the limits: none\n";
+        return;
+    }
+    text += fmt::format("{:<38}{:>10} {:>11} {:>14}\n", "elements short of the limits", "count", "worst", "without cause");
+    const auto row = [&](const std::string& name, const Shortfall& all, const Shortfall& unexplained) {
+        text += fmt::format("  {:<36}{}\n", name, all.count > 0 ? share_of(all, unexplained) : fmt::format("{:>10}", 0));
+    };
+    row(fmt::format("area-length below {:g}", o.limits.quality), o.quality, o.unexplained_quality);
+    row(fmt::format("angle below {:g} degrees", o.limits.angle), o.angle, o.unexplained_angle);
+    row(fmt::format("edges at a vertex, ratio above {:g}", o.limits.edge_ratio), o.edge_ratio, o.unexplained_edge_ratio);
+    if (!o.features_known) text += "  causes are not known, as the mesh is no oriented manifold\n";
+    for (std::size_t i = 0; i < std::min(kListed, o.groups.size()); ++i) {
+        const OffenderGroup& g = o.groups[i];
+        std::string what;
+        const auto part = [&](const char* name, const Shortfall& s) {
+            if (s.count > 0) what += fmt::format("{}{} {}{:.3g}", what.empty() ? "" : ", ", name, s.count > 1 ? fmt::format("x{} ", s.count) : "", s.worst);
+        };
+        part("quality", g.quality);
+        part("angle", g.angle);
+        part("ratio", g.edge_ratio);
+        text += fmt::format("  at {:.5g} {:.5g} {:.5g}: {}\n      cause: {}\n", g.point.x(), g.point.y(), g.point.z(), what, to_text(g.cause));
+    }
+    if (o.num_groups > kListed) text += fmt::format("  and {} more places\n", o.num_groups - kListed);
 }
 
 void append_gradation(std::string& text, const RealisedGradation& g) {
@@ -167,6 +199,7 @@ MeshReport measure(const MeshView& mesh, const MeasureOptions& options) {
     report.topology = measure_topology(mesh, edges);
     report.shape = measure_shape(mesh, edges, {.worst = options.worst});
     report.gradation = measure_realised_gradation(mesh, edges, {.worst = options.worst});
+    report.offenders = find_offenders(mesh, {.sizes = options.sizes, .features = options.features, .required = options.required});
     if (options.size) report.edges = measure_edges(edges, metric_lengths(mesh, edges, options.size, options.size_hints), {.worst = options.worst});
     else if (!options.sizes.empty()) report.edges = measure_edges(edges, metric_lengths(mesh, edges, options.sizes), {.worst = options.worst});
     if (options.model) {
@@ -186,6 +219,7 @@ std::string to_text(const MeshReport& report) {
     append_topology(text, report.topology);
     append_shape(text, report.shape);
     if (report.edges) append_edges(text, *report.edges);
+    append_offenders(text, report.offenders);
     append_gradation(text, report.gradation);
     append_surface(text, report);
     append_reference(text, report);
