@@ -54,7 +54,10 @@ struct Made {
 
 void check_options(const Options& options) {
     check(options.sizing);
-    if (!is_mesh(options.in)) check_for_patches(options.sizing);
+    if (!is_mesh(options.in)) {
+        check_for_patches(options.sizing);
+        check_for_patches(options.surface);
+    }
     for (const std::string& path : options.out) check_output(path, {FileKind::Mesh});
     if (!options.report.empty()) check_output(options.report, {FileKind::Report});
     std::vector<std::string> outputs = options.out;
@@ -150,7 +153,7 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     made.background_vertices = mesh->background_vertices;
     made.gradation = mesh->gradation;
     made.surface = text_of(options.in, *surface);
-    made.note = text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
+    made.note = text_of(mesh->result.mesh.required, options.out) + text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
     made.met = mesh->kept();
     made.json = json_of(*surface);
     made.json.update(json_of(*mesh));
