@@ -83,6 +83,11 @@ MeshReport measure_surface_mesh(const PatchModel& model, const SurfaceMesh& mesh
     return measure({mesh.points, mesh.triangles}, options);
 }
 
+OffenderReport offenders_of(const SurfaceMesh& mesh) {
+    const KnownFeatures features{.edges = mesh.features};
+    return find_offenders({mesh.points, mesh.triangles}, {.sizes = mesh.sizes, .features = &features, .required = &mesh.required});
+}
+
 Shape shape_of(const SurfaceMesh& mesh) {
     Shape shape;
     for (const Triangle& t : mesh.triangles) {

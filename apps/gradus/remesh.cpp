@@ -37,6 +37,7 @@ struct Options {
 };
 
 constexpr double kDefaultShock = 1.5;
+constexpr std::size_t kPlacesTold = 5;  // of offenders; reports list more
 
 // A mesh with what is known of how it came about.
 struct Made {
@@ -218,6 +219,7 @@ int run_remesh(const Options& options) {
     }
 
     const Shape shape = shape_of(mesh);
+    const OffenderReport offenders = report ? report->offenders : stages.run("offenders", [&] { return offenders_of(mesh); });
     const bool met = made.met && (!made.gradation || made.gradation->met);
     if (session.talks()) {
         session.say(made.surface);
@@ -228,6 +230,7 @@ int run_remesh(const Options& options) {
                                 grouped(mesh.triangles.size()), grouped(std::llround(made.result.statistics.predicted_triangles)),
                                 grouped(mesh.points.size()), shape.worst, shape.mean));
         session.say(made.note);
+        if (offenders.num_groups > 0) session.say(to_text(offenders, kPlacesTold));
         session.say("time: " + text_of(stages.times()));
         session.say(fmt::format("wrote {}\n", fmt::join(files, " ")));
     }
@@ -240,6 +243,7 @@ int run_remesh(const Options& options) {
                      {"vertices", mesh.points.size()},
                      {"predicted_triangles", made.result.statistics.predicted_triangles},
                      {"area_length", {{"min", shape.worst}, {"mean", shape.mean}}},
+                     {"offenders", json_of(offenders)},
                      {"report", report ? json_of(*report) : Json(nullptr)},
                      {"stages", json_of(stages.times())},
                      {"meshing", Json::array()},

@@ -12,6 +12,7 @@
 
 #include "files.hpp"
 #include "gradus/gradation/gradient.hpp"
+#include "gradus/gradation/hold.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/required_file.hpp"
 #include "gradus/mesh/diagnose.hpp"
@@ -35,6 +36,9 @@ constexpr double kGoal = 0.8;          // of the chord error, aimed at where it 
 constexpr double kSteepest = 0.35, kLeastInDrafts = 0.85, kLeast = 0.75;  // change of sizes there
 constexpr double kCoarsePrecision = 0.1;  // of those that tell how far to lower sizes
 constexpr double kPrecision = 0.01;    // of the distances reported
+// Of the length of frozen edges, and slope from there, down to which sizes go to keep a chord error: edges of half that length still count
+// as unit beside them.
+constexpr double kLeastHeld = 0.6;
 constexpr double kFinest = 0.1;        // of the default hmin, down to which sizes go to keep a chord error
 
 // Measures meshes against the triangulation, and lowers their sizes where they are too far from it.
@@ -207,13 +211,23 @@ class Keeper {
             }
         }
         if (!any) return std::nullopt;
-        ++mesh_.refinements;
         if (gradation_) {
             if (gradation_->method == GradationMethod::Full) limit_gradient(mesh.points, mesh.triangles, gradient_bound(*gradation_), sizes);
             else grade(make_mesh(mesh.points, mesh.triangles), sizes, *gradation_);
             last_map_ = {mesh.points, mesh.triangles, sizes};
         }
+        if (!mesh.required.empty() && !hold(mesh, sizes)) return std::nullopt;
+        ++mesh_.refinements;
         return sizes;
+    }
+
+    // Raises sizes beside frozen edges, where smaller elements are no way out. @returns whether any is still below that of the mesh
+    static bool hold(const SurfaceMesh& mesh, std::vector<double>& sizes) {
+        const Connectivity connectivity(static_cast<int>(mesh.points.size()), mesh.triangles);
+        std::vector<double> held = frozen_edge_lengths(mesh.points, connectivity, frozen_elements(mesh.points, connectivity, mesh.required));
+        for (double& length : held) length *= kLeastHeld;
+        raise_to_held(make_mesh(mesh.points, mesh.triangles), held, kLeastHeld, sizes);
+        return !std::equal(sizes.begin(), sizes.end(), mesh.sizes.begin(), [](double now, double before) { return now > (1 - 1e-6) * before; });
     }
 
     struct Proof {
@@ -349,6 +363,7 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     });
     mesh.background_vertices = map.sizes.size();
     if (gradation) stages.run("gradation", [&] { mesh.gradation = grade(map.background.mesh, map.sizes, *gradation); });
+    raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support(
         {.largest_bulge = mesh.chord_error ? kBulgeShare * *mesh.chord_error : std::numeric_limits<double>::infinity()});

@@ -169,4 +169,6 @@ std::string to_json(const MeshReport& report, int indent) {
     return json.dump(indent);
 }
 
+std::string to_json(const OffenderReport& report, int indent) { return json_of(report).dump(indent); }
+
 }  // namespace gradus

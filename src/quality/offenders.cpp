@@ -332,4 +332,31 @@ OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& optio
     return report;
 }
 
+std::string to_text(const OffenderReport& report, std::size_t places) {
+    if (report.num_groups == 0) return "elements short of the limits: none\n";
+    std::string text = fmt::format("{:<38}{:>10} {:>11} {:>14}\n", "elements short of the limits", "count", "worst", "without cause");
+    const auto row = [&](const std::string& name, const Shortfall& all, const Shortfall& unexplained) {
+        text += fmt::format("  {:<36}{:>10}", name, all.count);
+        text += all.count > 0 ? fmt::format(" {:>11.4g} {:>14}\n", all.worst, unexplained.count) : "\n";
+    };
+    row(fmt::format("area-length below {:g}", report.limits.quality), report.quality, report.unexplained_quality);
+    row(fmt::format("angle below {:g} degrees", report.limits.angle), report.angle, report.unexplained_angle);
+    row(fmt::format("edges at a vertex, ratio above {:g}", report.limits.edge_ratio), report.edge_ratio, report.unexplained_edge_ratio);
+    if (!report.features_known) text += "  causes are not known, as the mesh is no oriented manifold\n";
+    const std::size_t listed = std::min(places, report.groups.size());
+    for (std::size_t i = 0; i < listed; ++i) {
+        const OffenderGroup& g = report.groups[i];
+        std::string what;
+        const auto part = [&](const char* name, const Shortfall& s) {
+            if (s.count > 0) what += fmt::format("{}{} {}{:.3g}", what.empty() ? "" : ", ", name, s.count > 1 ? fmt::format("x{} ", s.count) : "", s.worst);
+        };
+        part("quality", g.quality);
+        part("angle", g.angle);
+        part("ratio", g.edge_ratio);
+        text += fmt::format("  at {:.5g} {:.5g} {:.5g}: {}\n      cause: {}\n", g.point.x(), g.point.y(), g.point.z(), what, to_text(g.cause));
+    }
+    if (report.num_groups > listed) text += fmt::format("  and {} more places\n", report.num_groups - listed);
+    return text;
+}
+
 }  // namespace gradus

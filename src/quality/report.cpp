@@ -111,38 +111,6 @@ void append_edges(std::string& text, const EdgeReport& e) {
     append_high_table(text, {{"", &e.length}});
 }
 
-std::string share_of(const Shortfall& all, const Shortfall& unexplained) {
-    return fmt::format("{:>10} {:>11.4g} {:>14}", all.count, all.worst, unexplained.count);
-}
-
-void append_offenders(std::string& text, const OffenderReport& o) {
-    constexpr std::size_t kListed = 20;
-    if (o.num_groups == 0) {
-        text += "elements short of the limits: none\n";
-        return;
-    }
-    text += fmt::format("{:<38}{:>10} {:>11} {:>14}\n", "elements short of the limits", "count", "worst", "without cause");
-    const auto row = [&](const std::string& name, const Shortfall& all, const Shortfall& unexplained) {
-        text += fmt::format("  {:<36}{}\n", name, all.count > 0 ? share_of(all, unexplained) : fmt::format("{:>10}", 0));
-    };
-    row(fmt::format("area-length below {:g}", o.limits.quality), o.quality, o.unexplained_quality);
-    row(fmt::format("angle below {:g} degrees", o.limits.angle), o.angle, o.unexplained_angle);
-    row(fmt::format("edges at a vertex, ratio above {:g}", o.limits.edge_ratio), o.edge_ratio, o.unexplained_edge_ratio);
-    if (!o.features_known) text += "  causes are not known, as the mesh is no oriented manifold\n";
-    for (std::size_t i = 0; i < std::min(kListed, o.groups.size()); ++i) {
-        const OffenderGroup& g = o.groups[i];
-        std::string what;
-        const auto part = [&](const char* name, const Shortfall& s) {
-            if (s.count > 0) what += fmt::format("{}{} {}{:.3g}", what.empty() ? "" : ", ", name, s.count > 1 ? fmt::format("x{} ", s.count) : "", s.worst);
-        };
-        part("quality", g.quality);
-        part("angle", g.angle);
-        part("ratio", g.edge_ratio);
-        text += fmt::format("  at {:.5g} {:.5g} {:.5g}: {}\n      cause: {}\n", g.point.x(), g.point.y(), g.point.z(), what, to_text(g.cause));
-    }
-    if (o.num_groups > kListed) text += fmt::format("  and {} more places\n", o.num_groups - kListed);
-}
-
 void append_gradation(std::string& text, const RealisedGradation& g) {
     text += fmt::format("gradation of the mesh: sizes from {:.4g} to {:.4g}\n", g.size.min, g.size.max);
     append_high_table(text, {{"H-shock", &g.shock},
@@ -219,7 +187,7 @@ std::string to_text(const MeshReport& report) {
     append_topology(text, report.topology);
     append_shape(text, report.shape);
     if (report.edges) append_edges(text, *report.edges);
-    append_offenders(text, report.offenders);
+    text += to_text(report.offenders);
     append_gradation(text, report.gradation);
     append_surface(text, report);
     append_reference(text, report);

@@ -60,16 +60,17 @@ struct TriangulationBackground {
 /// Cuts the edges of the triangulation in half where sizes between their ends are not what interpolation says: beside a small round
 /// a large flat facet is to have large elements, and where large facets are narrow, small ones. Curvature varies linearly along an
 /// edge, on each side of features on its own; clearances are found anew at each cut. At vertices of frozen edges the size is their mean
-/// length, whatever else asks for, and along them it is not cut.
+/// length, though larger than hmax only as far as curvature and clearances allow.
 /// @throws std::invalid_argument for a bad rule, or a region whose label no triangle has
 TriangulationBackground make_background(const Triangulation& surface, const SizingRule& rule, int max_triangles = 20'000'000);
 
 /// Sizes by the rule at the vertices of the triangulation, at features the smallest of their sides and of the curve's own, at frozen
-/// edges their mean length.
+/// edges as make_background does.
 /// @throws std::invalid_argument for a bad rule, or a region whose label no triangle has
 std::vector<double> geometric_sizes(const Triangulation& surface, const SizingRule& rule);
 
-/// The triangulation itself with sizes given at its vertices; at those of frozen edges their mean length takes their place.
+/// The triangulation itself with sizes given at its vertices; at those of frozen edges their mean length takes their place, though it is
+/// above the given size only up to .3 of the smallest radius of curvature.
 TriangulationBackground make_background(const Triangulation& surface, std::span<const double> sizes);
 
 }  // namespace gradus

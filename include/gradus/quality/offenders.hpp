@@ -74,4 +74,7 @@ struct OffenderOptions {
 /// @throws std::invalid_argument as edges_of does, and for sizes that are not one per vertex
 OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& options = {});
 
+/// A table of what falls short, and two lines for each of the first places; at most 110 columns.
+std::string to_text(const OffenderReport& report, std::size_t places = 20);
+
 }  // namespace gradus

@@ -67,7 +67,7 @@ struct TriangulatedSurface {
     const SmoothSupport& support;
     const Features& features;
     std::span<const int> labels{};  ///< of its triangles, or empty
-    const RequiredElements* required = nullptr;  ///< vertices, edges and triangles of it that are kept bit for bit; null: none
+    const RequiredElements* required = nullptr;  ///< vertices, edges and triangles of it that are kept bit for bit; null: none. Sizes are not to be far below them, see raise_to_held
 };
 
 enum class MeshStage { Draft, Final };
