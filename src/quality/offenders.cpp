@@ -114,6 +114,8 @@ class Causes {
                 take_graver(cause, {Kind::NarrowCorner, narrow_[wedge], {wedges_.vertex[wedge], -1}});
         }
         for (const int a : v) heed_near_corners(a, cause);
+        for (const int a : v)
+            for (const int b : v) heed_frozen_near_curve(a, b, cause);
         for (int k = 0; k < 3; ++k) heed_near_curves(v[k], v[(k + 1) % 3], cause);
         const auto [low, high] = std::minmax({sizes_[v[0]], sizes_[v[1]], sizes_[v[2]]});
         if (high > jump * low) take_graver(cause, {Kind::SizeJump, high / low});
@@ -133,6 +135,15 @@ class Causes {
         mesh_.for_each_outgoing(a, [&](int h) {
             look(mesh_.target(h));
             look(mesh_.apex(h));
+        });
+    }
+
+    // A frozen vertex beside a curve that it is not on.
+    void heed_frozen_near_curve(int a, int b, OffenderCause& cause) const {
+        if (a == b || !frozen_.has_vertex(a)) return;
+        for_each_feature_edge(b, [&](int next, int curve) {
+            const double size = (sizes_[a] + sizes_[b]) / 2;
+            if (!meets(a, curve) && distance_to_segment(points_[a], points_[b], points_[next]) < kNearCurves * size) take_graver(cause, {Kind::Frozen});
         });
     }
 

@@ -15,7 +15,7 @@ namespace gradus {
 struct OffenderCause {
     enum class Kind {
         None,          ///< nothing was found that forces it
-        Frozen,        ///< it has a frozen edge, or a frozen vertex near a corner
+        Frozen,        ///< it has a frozen edge, or a frozen vertex near a corner or a curve
         NarrowCorner,  ///< features meet at less than the smallest angle; value: degrees, ids: the vertex
         NearCorners,   ///< two corners; value: their distance over the size there, ids: their vertices
         NearCurves,    ///< two feature curves; value: their distance over the size there, ids: their numbers, from 0
