@@ -214,9 +214,10 @@ class Keeper {
         if (gradation_) {
             if (gradation_->method == GradationMethod::Full) limit_gradient(mesh.points, mesh.triangles, gradient_bound(*gradation_), sizes);
             else grade(make_mesh(mesh.points, mesh.triangles), sizes, *gradation_);
-            last_map_ = {mesh.points, mesh.triangles, sizes};
         }
+        std::vector<double> graded = sizes;
         if (!mesh.required.empty() && !hold(mesh, sizes)) return std::nullopt;
+        if (gradation_) last_map_ = {mesh.points, mesh.triangles, std::move(graded)};
         ++mesh_.refinements;
         return sizes;
     }
