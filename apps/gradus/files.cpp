@@ -114,8 +114,7 @@ PatchModel load_model(const std::string& path) {
     }
 }
 
-TriangleSoup load_soup(const std::string& path, bool repair, const Session& session) {
-    TriangleSoup soup = read_mesh(path);
+TriangleSoup sound(const std::string& path, TriangleSoup soup, bool repair, const Session& session) {
     if (repair) {
         Repaired repaired = gradus::repair(soup);
         session.say(text_of(path, repaired));

@@ -38,9 +38,9 @@ void check_distinct(const std::vector<std::string>& outputs);
 
 /// The patches of a file, glued. @throws IoError, Failure naming the file
 PatchModel load_model(const std::string& path);
-/// A triangle mesh as it is, if it is an oriented manifold; else repaired, if that is asked for, with each change said.
-/// @throws IoError; Failure naming the file, its first faults and the cure
-TriangleSoup load_soup(const std::string& path, bool repair, const Session& session);
+/// The triangle mesh of a file as it is, if it is an oriented manifold; else repaired, if that is asked for, with each change said.
+/// @throws Failure naming the file, its first faults and the cure
+TriangleSoup sound(const std::string& path, TriangleSoup soup, bool repair, const Session& session);
 /// A line for each thing done, below one that names the file.
 std::string text_of(const std::string& path, const Repaired& repaired);
 /// @throws Failure naming the file if its triangles are no oriented manifold

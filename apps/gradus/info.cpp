@@ -195,6 +195,9 @@ MeshInfo describe(const std::string& name, const MeshData& data) {
     if (!soup.parameters.empty()) extras.push_back(fmt::format("{} places on patches", grouped(soup.parameters.size())));
     if (!soup.edges.empty()) extras.push_back(fmt::format("{} feature edges", grouped(soup.edges.size())));
     if (!soup.corners.empty()) extras.push_back(fmt::format("{} corners", grouped(soup.corners.size())));
+    if (!soup.required.empty())
+        extras.push_back(fmt::format("{} vertices, {} edges and {} triangles required", grouped(soup.required.vertices.size()),
+                                     grouped(soup.required.edges.size()), grouped(soup.required.triangles.size())));
     if (!extras.empty()) text += fmt::format("with {}\n", fmt::join(extras, ", "));
     if (!data.point_fields.empty()) text += "fields on points: " + names_of(data.point_fields) + "\n";
     if (!data.cell_fields.empty()) text += "fields on triangles: " + names_of(data.cell_fields) + "\n";
@@ -233,6 +236,10 @@ MeshInfo describe(const std::string& name, const MeshData& data) {
              {"labels", labels.size()},
              {"parameters", soup.parameters.size()},
              {"feature_edges", soup.edges.size()},
+             {"required",
+              {{"vertices", soup.required.vertices.size()},
+               {"edges", soup.required.edges.size()},
+               {"triangles", soup.required.triangles.size()}}},
              {"point_fields", json_of(data.point_fields)},
              {"cell_fields", json_of(data.cell_fields)},
              {"extent", extent.json()},

@@ -74,6 +74,8 @@ Json json_of(const GradationOptions& options, const GradationResult& result) {
 
 Json json_of(const MeshReport& report) { return Json::parse(to_json(report, -1)); }
 
+Json json_of(const OffenderReport& report) { return Json::parse(to_json(report, -1)); }
+
 Json json_of(const std::vector<StageTime>& stages) {
     Json json = Json::array();
     for (const StageTime& stage : stages) json.push_back({{"name", stage.name}, {"seconds", stage.seconds}});

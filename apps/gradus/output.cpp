@@ -59,6 +59,7 @@ void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool l
         data.cell_fields = {{"quality", 1, qualities_of(mesh)}};
     } else {
         data.soup.edges = mesh.features;
+        data.soup.required = mesh.required;
     }
     if (holds_fields(path)) {
         data.point_fields.insert(data.point_fields.end(), point_fields.begin(), point_fields.end());
@@ -70,13 +71,21 @@ void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool l
 MeshReport measure_surface_mesh(const PatchModel& model, const SurfaceMesh& mesh, const ControlSpace& control) {
     std::vector<int> cells;
     for (const SurfacePoint& at : mesh.places) cells.push_back(control.locate(at));
+    const KnownFeatures features{.edges = mesh.features};
     MeasureOptions options;
+    options.sizes = mesh.sizes;
+    options.features = &features;
     options.size = [&](const Eigen::Vector3d& p, int& cell) { return control.size(p, cell); };
     options.size_hints = cells;
     options.model = &model;
     options.places = mesh.places;
     options.patches = mesh.patches;
     return measure({mesh.points, mesh.triangles}, options);
+}
+
+OffenderReport offenders_of(const SurfaceMesh& mesh) {
+    const KnownFeatures features{.edges = mesh.features};
+    return find_offenders({mesh.points, mesh.triangles}, {.sizes = mesh.sizes, .features = &features, .required = &mesh.required});
 }
 
 Shape shape_of(const SurfaceMesh& mesh) {

@@ -30,5 +30,7 @@ struct Shape {
     double worst = 1, mean = 0;
 };
 Shape shape_of(const SurfaceMesh& mesh);
+/// Its elements short of the limits, against its own features and sizes.
+OffenderReport offenders_of(const SurfaceMesh& mesh);
 
 }  // namespace gradus::app

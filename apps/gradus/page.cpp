@@ -55,6 +55,27 @@ void add_hausdorff(HtmlReport& page, const HausdorffReport& h) {
                {row("from mesh to reference", h.from_mesh), row("from reference to mesh", h.from_reference)});
 }
 
+// Elements short of the limits, by place.
+void add_offenders(HtmlReport& page, const OffenderReport& o) {
+    constexpr std::size_t kListed = 100;
+    const auto row = [](const std::string& name, const Shortfall& all, const Shortfall& unexplained) {
+        return std::vector<std::string>{name, grouped(all.count), all.count > 0 ? number(all.worst) : "", grouped(unexplained.count)};
+    };
+    page.table({"elements short of the limits", "count", "worst", "without a cause"},
+               {row(fmt::format("area-length below {:g}", o.limits.quality), o.quality, o.unexplained_quality), row(fmt::format("angle below {:g} degrees", o.limits.angle), o.angle, o.unexplained_angle),
+                row(fmt::format("edges at a vertex, ratio above {:g}", o.limits.edge_ratio), o.edge_ratio, o.unexplained_edge_ratio)},
+               o.features_known ? "" : "causes are not known, as the mesh is no oriented manifold");
+    if (o.groups.empty()) return;
+    std::vector<std::vector<std::string>> rows;
+    const auto cell = [](const Shortfall& s) { return s.count == 0 ? "" : s.count == 1 ? number(s.worst) : fmt::format("{} ({})", number(s.worst), s.count); };
+    for (std::size_t i = 0; i < std::min(kListed, o.groups.size()); ++i) {
+        const OffenderGroup& g = o.groups[i];
+        rows.push_back({to_text(g.cause), number(g.point.x()), number(g.point.y()), number(g.point.z()), cell(g.quality), cell(g.angle), cell(g.edge_ratio)});
+    }
+    page.table({"cause", "at x", "y", "z", "area-length", "angle", "edge ratio"}, rows,
+               o.num_groups > rows.size() ? fmt::format("the worst of {} places", grouped(o.num_groups)) : "the worst value at each place, with the number of elements where there are several");
+}
+
 }  // namespace
 
 HistogramData chart_of(const Histogram& histogram) {
@@ -90,6 +111,7 @@ void add_mesh(HtmlReport& page, const MeshReport& report) {
         rows.push_back(high_row("triangle middles off the surface, 1e-6", d->centroids, 1e6));
     }
     page.table({"spread", "median", "mean", "99 %", "99.9 %", "max"}, rows);
+    add_offenders(page, report.offenders);
     if (report.reference) add_hausdorff(page, report.reference->hausdorff);
     page.histogram(chart_of(s.area_length_histogram), {.title = "Area-length quality", .x_label = "quality"});
     page.histogram(chart_of(s.smallest_angle_histogram), {.title = "Smallest angle", .x_label = "degrees"});

@@ -37,6 +37,7 @@ struct Options {
 };
 
 constexpr double kDefaultShock = 1.5;
+constexpr std::size_t kPlacesTold = 5;  // of offenders; reports list more
 
 // A mesh with what is known of how it came about.
 struct Made {
@@ -54,7 +55,10 @@ struct Made {
 
 void check_options(const Options& options) {
     check(options.sizing);
-    if (!is_mesh(options.in)) check_for_patches(options.sizing);
+    if (!is_mesh(options.in)) {
+        check_for_patches(options.sizing);
+        check_for_patches(options.surface);
+    }
     for (const std::string& path : options.out) check_output(path, {FileKind::Mesh});
     if (!options.report.empty()) check_output(options.report, {FileKind::Report});
     std::vector<std::string> outputs = options.out;
@@ -150,7 +154,7 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     made.background_vertices = mesh->background_vertices;
     made.gradation = mesh->gradation;
     made.surface = text_of(options.in, *surface);
-    made.note = text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
+    made.note = text_of(mesh->result.mesh.required, options.out) + text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
     made.met = mesh->kept();
     made.json = json_of(*surface);
     made.json.update(json_of(*mesh));
@@ -215,6 +219,7 @@ int run_remesh(const Options& options) {
     }
 
     const Shape shape = shape_of(mesh);
+    const OffenderReport offenders = report ? report->offenders : stages.run("offenders", [&] { return offenders_of(mesh); });
     const bool met = made.met && (!made.gradation || made.gradation->met);
     if (session.talks()) {
         session.say(made.surface);
@@ -225,6 +230,7 @@ int run_remesh(const Options& options) {
                                 grouped(mesh.triangles.size()), grouped(std::llround(made.result.statistics.predicted_triangles)),
                                 grouped(mesh.points.size()), shape.worst, shape.mean));
         session.say(made.note);
+        if (offenders.num_groups > 0) session.say(to_text(offenders, kPlacesTold));
         session.say("time: " + text_of(stages.times()));
         session.say(fmt::format("wrote {}\n", fmt::join(files, " ")));
     }
@@ -237,6 +243,7 @@ int run_remesh(const Options& options) {
                      {"vertices", mesh.points.size()},
                      {"predicted_triangles", made.result.statistics.predicted_triangles},
                      {"area_length", {{"min", shape.worst}, {"mean", shape.mean}}},
+                     {"offenders", json_of(offenders)},
                      {"report", report ? json_of(*report) : Json(nullptr)},
                      {"stages", json_of(stages.times())},
                      {"meshing", Json::array()},

@@ -141,7 +141,17 @@ int run_report(const Options& options) {
         measure_options.size = [&](const Eigen::Vector3d& p, int& cell) { return map.space->size(p, cell); };
         measure_options.size_hints = map.cells;
     }
-    MeshReport report = stages.run("measures", [&] { return measure({soup.points, soup.triangles}, measure_options); });
+    // Formats that hold no features leave them to be found by angle.
+    const KnownFeatures features{.edges = soup.edges, .corners = soup.corners, .labels = soup.labels};
+    if (!soup.edges.empty()) measure_options.features = &features;
+    measure_options.required = &soup.required;
+    MeshReport report = stages.run("measures", [&] {
+        try {
+            return measure({soup.points, soup.triangles}, measure_options);
+        } catch (const std::invalid_argument& error) {
+            throw Failure(options.mesh + ": " + error.what());
+        }
+    });
     report.stages = stages.times();
 
     if (!options.out.empty()) {

@@ -74,7 +74,10 @@ int run_sizemap(const Options& options) {
     check(options.sizing);
     check_output(options.out, {FileKind::Sizes, FileKind::SizeView});
     const bool triangles = is_mesh(options.in);
-    if (!triangles) check_for_patches(options.sizing);
+    if (!triangles) {
+        check_for_patches(options.sizing);
+        check_for_patches(options.surface);
+    }
     if (triangles && !options.background.empty()) throw UsageError("--background is for patches; sizes of a triangulation are those of its own vertices");
     const bool given = !options.background.empty() && std::filesystem::exists(options.background);
     const std::string mesh_path = options.background.empty() ? background_beside(options.out) : options.background;

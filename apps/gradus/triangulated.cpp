@@ -8,10 +8,13 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <set>
 
 #include "files.hpp"
 #include "gradus/gradation/gradient.hpp"
+#include "gradus/gradation/hold.hpp"
 #include "gradus/io/mesh_files.hpp"
+#include "gradus/io/required_file.hpp"
 #include "gradus/mesh/diagnose.hpp"
 
 namespace gradus::app {
@@ -34,6 +37,9 @@ constexpr double kGoal = 0.8;          // of the chord error, aimed at where it 
 constexpr double kSteepest = 0.35, kLeastInDrafts = 0.85, kLeast = 0.75;  // change of sizes there
 constexpr double kCoarsePrecision = 0.1;  // of those that tell how far to lower sizes
 constexpr double kPrecision = 0.01;    // of the distances reported
+// Of the length of frozen edges, and slope from there, down to which sizes go to keep a chord error: edges of half that length still count
+// as unit beside them.
+constexpr double kLeastHeld = 0.6;
 constexpr double kFinest = 0.1;        // of the default hmin, down to which sizes go to keep a chord error
 
 // Measures meshes against the triangulation, and lowers their sizes where they are too far from it.
@@ -206,13 +212,24 @@ class Keeper {
             }
         }
         if (!any) return std::nullopt;
-        ++mesh_.refinements;
         if (gradation_) {
             if (gradation_->method == GradationMethod::Full) limit_gradient(mesh.points, mesh.triangles, gradient_bound(*gradation_), sizes);
             else grade(make_mesh(mesh.points, mesh.triangles), sizes, *gradation_);
-            last_map_ = {mesh.points, mesh.triangles, sizes};
         }
+        std::vector<double> graded = sizes;
+        if (!mesh.required.empty() && !hold(mesh, sizes)) return std::nullopt;
+        if (gradation_) last_map_ = {mesh.points, mesh.triangles, std::move(graded)};
+        ++mesh_.refinements;
         return sizes;
+    }
+
+    // Raises sizes beside frozen edges, where smaller elements are no way out. @returns whether any is still below that of the mesh
+    static bool hold(const SurfaceMesh& mesh, std::vector<double>& sizes) {
+        const Connectivity connectivity(static_cast<int>(mesh.points.size()), mesh.triangles);
+        std::vector<double> held = frozen_edge_lengths(mesh.points, connectivity, frozen_elements(mesh.points, connectivity, mesh.required));
+        for (double& length : held) length *= kLeastHeld;
+        raise_to_held(make_mesh(mesh.points, mesh.triangles), held, kLeastHeld, sizes);
+        return !std::equal(sizes.begin(), sizes.end(), mesh.sizes.begin(), [](double now, double before) { return now > (1 - 1e-6) * before; });
     }
 
     struct Proof {
@@ -243,6 +260,43 @@ class Keeper {
     int in_vain_ = 0;                                               // rounds since either fell
 };
 
+std::string labels_there(const TriangleSoup& soup) {
+    constexpr int kMost = 20;
+    const std::set<int> labels(soup.labels.begin(), soup.labels.end());
+    if (labels.empty()) return "there are none";
+    std::string text = "its labels are";
+    int count = 0;
+    for (const int label : labels)
+        if (count++ < kMost) text += fmt::format("{}{}", count > 1 ? ", " : " ", label);
+    return count > kMost ? fmt::format("{} and more, up to {}", text, *labels.rbegin()) : text;
+}
+
+template <class Item>
+void append(std::vector<Item>& to, const std::vector<Item>& items) {
+    to.insert(to.end(), items.begin(), items.end());
+}
+
+// What the options require besides the file itself.
+void add_required(const std::string& path, const TriangulationChoice& choice, TriangleSoup& soup) {
+    RequiredElements& required = soup.required;
+    std::set<int> known(required.triangles.begin(), required.triangles.end());
+    for (const int label : choice.freeze) {
+        bool found = false;
+        for (int t = 0; t < std::ssize(soup.labels); ++t) {
+            if (soup.labels[t] != label) continue;
+            found = true;
+            if (known.insert(t).second) required.triangles.push_back(t);
+        }
+        if (!found) throw Failure(fmt::format("{}: --freeze {}: no triangle has that label; {}", path, label, labels_there(soup)));
+    }
+    if (choice.freeze_list.empty()) return;
+    const RequiredElements list = read_required(choice.freeze_list, soup.points.size(), soup.triangles.size());
+    append(required.vertices, list.vertices);
+    append(required.edges, list.edges);
+    for (const int t : list.triangles)
+        if (known.insert(t).second) required.triangles.push_back(t);
+}
+
 }  // namespace
 
 void add_triangulation(CLI::App& app, TriangulationChoice& choice) {
@@ -254,10 +308,28 @@ void add_triangulation(CLI::App& app, TriangulationChoice& choice) {
         ->group(group);
     app.add_flag("--no-label-borders", choice.no_label_borders, "Borders between labels are no features")->group(group);
     app.add_flag("--repair", choice.repair, "Repair what is no oriented manifold, and say each change")->group(group);
+    app.add_option("--freeze", choice.freeze,
+                   "Keep the triangles of a label as they are, as RequiredTriangles of .mesh; may be repeated (RequiredVertices and "
+                   "RequiredEdges are kept too; Ridges are divided anew)")
+        ->type_name("LABEL")
+        ->type_size(1)
+        ->allow_extra_args(false)
+        ->take_all()
+        ->group(group);
+    app.add_option("--freeze-list", choice.freeze_list, "Keep what the lines of a text name: \"vertex I\", \"edge I J\", \"triangle I\", from 1 on")
+        ->type_name("LIST")
+        ->group(group);
+}
+
+void check_for_patches(const TriangulationChoice& choice) {
+    if (!choice.freeze.empty() || !choice.freeze_list.empty())
+        throw UsageError(fmt::format("{} is for triangle meshes, not for patches", choice.freeze.empty() ? "--freeze-list" : "--freeze"));
 }
 
 std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const TriangulationChoice& choice, const SizingOptions& sizing, const Session& session) {
-    TriangleSoup soup = load_soup(path, choice.repair, session);
+    TriangleSoup soup = read_mesh(path);
+    add_required(path, choice, soup);
+    soup = sound(path, std::move(soup), choice.repair, session);
     if (soup.triangles.empty()) throw Failure(path + ": holds no triangles");
     TriangulationOptions options;
     options.features.angle = choice.feature_angle * std::numbers::pi / 180;
@@ -293,10 +365,11 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     });
     mesh.background_vertices = map.sizes.size();
     if (gradation) stages.run("gradation", [&] { mesh.gradation = grade(map.background.mesh, map.sizes, *gradation); });
+    raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support(
         {.largest_bulge = mesh.chord_error ? kBulgeShare * *mesh.chord_error : std::numeric_limits<double>::infinity()});
-    const TriangulatedSurface whole{support, surface.features(), surface.soup().labels};
+    const TriangulatedSurface whole{support, surface.features(), surface.soup().labels, &surface.soup().required};
     const double finest = hmin_given ? rule.hmin : kFinest * rule.hmin;
     Keeper keeper = stages.run("distance tree", [&] { return Keeper(surface, gradation, finest, mesh); });
     Recheck recheck;
@@ -330,11 +403,25 @@ std::string text_of(const TriangulatedMesh& mesh, double diagonal) {
     return text + "\n";
 }
 
+std::string text_of(const RequiredElements& required, const std::vector<std::string>& outputs) {
+    if (required.empty()) return "";
+    std::string text = fmt::format("frozen: {} vertices, {} edges, {} triangles are in the mesh as they were", grouped(required.vertices.size()),
+                                   grouped(required.edges.size()), grouped(required.triangles.size()));
+    for (const std::string& path : outputs)
+        if (!marks_required(path)) text += fmt::format("; {} does not mark them, .mesh and .meshb do", path);
+    return text + "\n";
+}
+
+Json json_of(const RequiredElements& required) {
+    return {{"vertices", required.vertices.size()}, {"edges", required.edges.size()}, {"triangles", required.triangles.size()}};
+}
+
 Json json_of(const Triangulation& surface) {
     return {{"input_triangles", surface.soup().triangles.size()},
             {"input_vertices", surface.soup().points.size()},
             {"diagonal", surface.diagonal()},
             {"feature_curves", surface.features().chains.size()},
+            {"required", json_of(surface.soup().required)},
             {"corners", std::count(surface.features().corner.begin(), surface.features().corner.end(), 1)}};
 }
 
@@ -354,7 +441,8 @@ Json json_of(const TriangulatedMesh& mesh) {
 
 MeshReport measure_surface_mesh(const TriangulatedMesh& mesh) {
     const SurfaceMesh& m = mesh.result.mesh;
-    return measure({m.points, m.triangles}, {.sizes = m.sizes});
+    const KnownFeatures features{.edges = m.features};
+    return measure({m.points, m.triangles}, {.sizes = m.sizes, .features = &features, .required = &m.required});
 }
 
 }  // namespace gradus::app

@@ -19,10 +19,14 @@ struct TriangulationChoice {
     double feature_angle = 40;  ///< degrees
     bool no_label_borders = false;
     bool repair = false;
+    std::vector<int> freeze;  ///< labels
+    std::string freeze_list;
 };
 void add_triangulation(CLI::App& app, TriangulationChoice& choice);
+/// @throws UsageError naming an option that says what to keep of a triangulation
+void check_for_patches(const TriangulationChoice& choice);
 
-/// The triangulation of a file, sound and oriented. @throws IoError, Failure naming the file and what is wrong with it
+/// The triangulation of a file, sound and oriented, with what it and the options require to be kept. @throws IoError, Failure naming the file and what is wrong with it
 std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const TriangulationChoice& choice, const SizingOptions& sizing, const Session& session);
 
 /// Two-sided distance between a mesh and the triangulation it stands for.
@@ -51,6 +55,9 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
 std::string text_of(const std::string& path, const Triangulation& surface);
 /// The distance between the mesh and the triangulation, against the chord error where one was asked for.
 std::string text_of(const TriangulatedMesh& mesh, double diagonal);
+/// A line on the required elements and the outputs that mark them; empty where there are none.
+std::string text_of(const RequiredElements& required, const std::vector<std::string>& outputs);
+Json json_of(const RequiredElements& required);
 Json json_of(const Triangulation& surface);
 Json json_of(const TriangulatedMesh& mesh);
 

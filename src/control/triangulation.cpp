@@ -79,6 +79,7 @@ Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& opti
     KnownFeatures known{.edges = soup_.edges, .corners = soup_.corners};
     if (options.label_borders) known.labels = soup_.labels;
     features_ = find_features(soup_.points, mesh_, options.features, known);
+    frozen_ = frozen_elements(soup_.points, mesh_, soup_.required);
     wedges_ = wedges_of(mesh_);
     const std::vector<Vector3d> normals = wedge_normals(soup_.points, mesh_, wedges_);
     curvature_ = estimate_curvature(soup_.points, mesh_, wedges_, normals, {.least_curvature = options.least_curvature});
@@ -99,6 +100,23 @@ TriangulationBackground background_of(std::span<const Vector3d> points, std::spa
     for (int t = static_cast<int>(triangles.size()) - 1; t >= 0; --t)
         for (const int v : triangles[t]) background.cells[v] = t;
     return background;
+}
+
+// Elements beside frozen ones are to be as large as these, though larger than asked for only as far as the surface allows.
+// @param most  largest size of a vertex that its surroundings allow, if that is below a length
+template <class Most>
+void heed_frozen(const Triangulation& surface, const Most& most, std::vector<double>& sizes) {
+    const std::vector<double> lengths = frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen());
+    for (int v = 0; v < static_cast<int>(lengths.size()); ++v) {
+        if (lengths[v] == 0) continue;
+        sizes[v] = lengths[v] < sizes[v] ? lengths[v] : std::max(sizes[v], most(v, lengths[v]));
+    }
+}
+
+double largest_curvature(const Triangulation& surface, int v) {
+    double largest = surface.curve_curvature()[v];
+    surface.mesh().for_each_outgoing(v, [&](int h) { largest = std::max(largest, std::abs(surface.curvature()[surface.wedges().of_corner[h]].k1)); });
+    return largest;
 }
 
 // What a rule says beside curvature, at places of the triangulation.
@@ -185,6 +203,14 @@ class Cutter {
             if (mesh_.is_live_vertex(v)) bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v));
         });
         for (const Bounds::Bound& bound : bounds) sizes_.push_back(bound.size);
+        SizingRule unclamped = rule;
+        unclamped.hmax = std::numeric_limits<double>::infinity();
+        const auto most = [&](int v, double length) {
+            double curvature = on_curve_[v];
+            mesh_.for_each_outgoing(v, [&](int h) { curvature = std::max(curvature, at_corner_[h]); });
+            return bounds_.at(sides_of_vertex(surface, v), std::min(length, size_from_radius(unclamped, 1 / std::max(curvature, 1e-300)))).size;
+        };
+        heed_frozen(surface, most, sizes_);
         for (const Bounds::Bound& bound : bounds) note(bound);
     }
 
@@ -314,7 +340,13 @@ class Cutter {
         double curvature = middle_curvature(h);
         if (g >= 0) curvature = std::max(curvature, middle_curvature(g));
         if (mesh_.tag(h) >= 0) curvature = std::max(curvature, (on_curve_[mesh_.origin(h)] + on_curve_[mesh_.target(h)]) / 2);
-        return bounds_.at(middle_of(h), size_of(curvature));
+        Bounds::Bound bound = bounds_.at(middle_of(h), size_of(curvature));
+        // Along a frozen edge there is one element: larger ones are not asked for.
+        if (source_[h] >= 0 && surface_.frozen().has_edge(source_[h])) {
+            const double between = std::sqrt(sizes_[mesh_.origin(h)] * sizes_[mesh_.target(h)]);
+            if (between < bound.size) bound = {between};
+        }
+        return bound;
     }
 
     void set_middle(int h, const Bounds::Bound& bound) {
@@ -470,7 +502,10 @@ TriangulationBackground make_background(const Triangulation& surface, const Sizi
 }
 
 TriangulationBackground make_background(const Triangulation& surface, std::span<const double> sizes) {
-    return background_of(surface.soup().points, surface.soup().triangles, sizes);
+    std::vector<double> heeding(sizes.begin(), sizes.end());
+    const auto most = [&](int v, double length) { return std::min(length, size_from_radius(SizingRule{}, 1 / std::max(largest_curvature(surface, v), 1e-300))); };
+    heed_frozen(surface, most, heeding);
+    return background_of(surface.soup().points, surface.soup().triangles, heeding);
 }
 
 std::vector<double> geometric_sizes(const Triangulation& surface, const SizingRule& rule) {

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "bytes.hpp"
@@ -22,7 +23,9 @@ enum class Keyword : int {
     Quadrilaterals = 7,
     Corners = 13,
     Ridges = 14,
+    RequiredVertices = 15,
     RequiredEdges = 16,
+    RequiredTriangles = 17,
     VerticesOnGeometricTriangles = 42,
     End = 54,
     SolAtVertices = 62
@@ -38,7 +41,9 @@ constexpr std::pair<std::string_view, Keyword> kKeywords[] = {
     {"Quadrilaterals", Keyword::Quadrilaterals},
     {"Corners", Keyword::Corners},
     {"Ridges", Keyword::Ridges},
+    {"RequiredVertices", Keyword::RequiredVertices},
     {"RequiredEdges", Keyword::RequiredEdges},
+    {"RequiredTriangles", Keyword::RequiredTriangles},
     {kParametersName, Keyword::VerticesOnGeometricTriangles},
     {"End", Keyword::End},
     {"SolAtVertices", Keyword::SolAtVertices},
@@ -226,6 +231,11 @@ struct Reading {
     bool has_triangles = false;
     IndexReader<Source> vertex{"vertex"};
     IndexReader<Source> edge{"edge"};
+    IndexReader<Source> triangle{"triangle"};
+    std::vector<int> ridges, required_edges;    // entries of soup.edges
+    std::vector<int> required_triangles;        // entries under Triangles, which quadrilaterals may come between
+    std::vector<std::array<std::size_t, 2>> triangle_sections;  // entries before each, and triangles of the soup before it
+    std::size_t num_triangle_entries = 0;
 };
 
 template <class Source>
@@ -253,6 +263,8 @@ template <class Source>
 void read_triangles(Reading<Source>& r) {
     r.has_triangles = true;
     const std::size_t n = r.in.count("the number of triangles", 0, 4);
+    r.triangle_sections.push_back({r.num_triangle_entries, r.soup.triangles.size()});
+    r.num_triangle_entries += n;
     r.soup.triangles.reserve(r.soup.triangles.size() + n);
     r.soup.labels.reserve(r.soup.labels.size() + n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -288,15 +300,35 @@ void read_edges(Reading<Source>& r) {
 }
 
 template <class Source>
-void read_edge_numbers(Reading<Source>& r) {
-    const std::size_t n = r.in.count("the number of ridges or required edges", 0, 1);
-    for (std::size_t i = 0; i < n; ++i) r.edge.read(r.in);
+void read_numbers(Reading<Source>& r, IndexReader<Source>& index, const char* what, std::vector<int>& numbers) {
+    const std::size_t n = r.in.count(what, 0, 1);
+    for (std::size_t i = 0; i < n; ++i) numbers.push_back(index.read(r.in));
+}
+
+// Entries of Edges that are required, and those that are features: all but those that are only required.
+template <class Source>
+void divide_edges(Reading<Source>& r) {
+    if (r.required_edges.empty()) return;
+    std::vector<char> is_feature(r.soup.edges.size(), 1);
+    for (const int e : r.required_edges) {
+        is_feature[e] = 0;
+        r.soup.required.edges.push_back(r.soup.edges[e]);
+    }
+    for (const int e : r.ridges) is_feature[e] = 1;
+    std::size_t kept = 0;
+    for (std::size_t e = 0; e < is_feature.size(); ++e)
+        if (is_feature[e]) r.soup.edges[kept++] = r.soup.edges[e];
+    r.soup.edges.resize(kept);
 }
 
 template <class Source>
-void read_corners(Reading<Source>& r) {
-    const std::size_t n = r.in.count("the number of corners", 0, 1);
-    for (std::size_t i = 0; i < n; ++i) r.soup.corners.push_back(r.vertex.read(r.in));
+void number_required_triangles(Reading<Source>& r) {
+    for (const int entry : r.required_triangles) {
+        auto section = r.triangle_sections.size();
+        while (r.triangle_sections[--section][0] > static_cast<std::size_t>(entry)) continue;
+        const auto [entries, triangles] = r.triangle_sections[section];
+        r.soup.required.triangles.push_back(static_cast<int>(triangles + static_cast<std::size_t>(entry) - entries));
+    }
 }
 
 template <class Source>
@@ -335,11 +367,19 @@ TriangleSoup parse(Source in) {
                 read_edges(r);
                 break;
             case Keyword::Ridges:
-            case Keyword::RequiredEdges:
-                read_edge_numbers(r);
+                read_numbers(r, r.edge, "the number of ridges", r.ridges);
                 break;
             case Keyword::Corners:
-                read_corners(r);
+                read_numbers(r, r.vertex, "the number of corners", r.soup.corners);
+                break;
+            case Keyword::RequiredVertices:
+                read_numbers(r, r.vertex, "the number of required vertices", r.soup.required.vertices);
+                break;
+            case Keyword::RequiredEdges:
+                read_numbers(r, r.edge, "the number of required edges", r.required_edges);
+                break;
+            case Keyword::RequiredTriangles:
+                read_numbers(r, r.triangle, "the number of required triangles", r.required_triangles);
                 break;
             case Keyword::VerticesOnGeometricTriangles:
                 read_parameters(r);
@@ -354,6 +394,9 @@ TriangleSoup parse(Source in) {
     if (!r.has_triangles) in.fail_at(in.where(), "has no Triangles or Quadrilaterals");
     r.vertex.check(in, r.soup.points.size());
     r.edge.check(in, r.soup.edges.size());
+    r.triangle.check(in, r.num_triangle_entries);
+    divide_edges(r);
+    number_required_triangles(r);
     if (std::all_of(r.soup.labels.begin(), r.soup.labels.end(), [](int label) { return label == 0; })) r.soup.labels.clear();
     return std::move(r.soup);
 }
@@ -524,25 +567,55 @@ std::vector<Field> parse_solution_binary(const std::string& path, std::string_vi
     return parse_fields(BinarySource(path, bytes), expected_count);
 }
 
+namespace {
+
+/// The sections of edges: features first, then what is required and no feature.
+struct EdgeSections {
+    std::vector<std::array<int, 2>> edges;
+    std::vector<int> required;  ///< entries of edges
+
+    explicit EdgeSections(const TriangleSoup& soup) : edges(soup.edges) {
+        if (soup.required.edges.empty()) return;
+        const auto sorted = [](std::array<int, 2> e) { return std::array{std::min(e[0], e[1]), std::max(e[0], e[1])}; };
+        std::map<std::array<int, 2>, int> entry;
+        for (std::size_t e = 0; e < edges.size(); ++e) entry.emplace(sorted(edges[e]), static_cast<int>(e));
+        for (const auto& edge : soup.required.edges) {
+            const auto [at, is_new] = entry.emplace(sorted(edge), static_cast<int>(edges.size()));
+            if (is_new) edges.push_back(edge);
+            required.push_back(at->second);
+        }
+    }
+};
+
+}  // namespace
+
 std::string medit_text(const TriangleSoup& soup) {
+    const EdgeSections sections(soup);
     TextWriter out(64 * soup.points.size() + 32 * soup.triangles.size() + 64 * soup.parameters.size() + 256);
     out << kTextHeader << "\nVertices\n" << soup.points.size() << '\n';
     for (const Eigen::Vector3d& p : soup.points) out << p[0] << ' ' << p[1] << ' ' << p[2] << " 0\n";
-    if (!soup.corners.empty()) {
-        out << "\nCorners\n" << soup.corners.size() << '\n';
-        for (const int corner : soup.corners) out << corner + 1 << '\n';
+    const auto write_numbers = [&](const char* keyword, const std::vector<int>& numbers) {
+        if (numbers.empty()) return;
+        out << '\n' << keyword << '\n' << numbers.size() << '\n';
+        for (const int number : numbers) out << number + 1 << '\n';
+    };
+    write_numbers("Corners", soup.corners);
+    write_numbers("RequiredVertices", soup.required.vertices);
+    if (!sections.edges.empty()) {
+        out << "\nEdges\n" << sections.edges.size() << '\n';
+        for (const auto& [a, b] : sections.edges) out << a + 1 << ' ' << b + 1 << " 0\n";
     }
     if (!soup.edges.empty()) {
-        out << "\nEdges\n" << soup.edges.size() << '\n';
-        for (const auto& [a, b] : soup.edges) out << a + 1 << ' ' << b + 1 << " 0\n";
         out << "\nRidges\n" << soup.edges.size() << '\n';
         for (std::size_t e = 1; e <= soup.edges.size(); ++e) out << e << '\n';
     }
+    write_numbers("RequiredEdges", sections.required);
     out << "\nTriangles\n" << soup.triangles.size() << '\n';
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
         const auto& [a, b, c] = soup.triangles[t];
         out << a + 1 << ' ' << b + 1 << ' ' << c + 1 << ' ' << label_of(soup, t) << '\n';
     }
+    write_numbers("RequiredTriangles", soup.required.triangles);
     out << "\nEnd\n";
     // As comments: meshio, for one, refuses a text file with a keyword it does not know, even behind the end.
     if (!soup.parameters.empty()) {
@@ -554,33 +627,43 @@ std::string medit_text(const TriangleSoup& soup) {
 }
 
 std::string medit_binary(const TriangleSoup& soup) {
-    const std::size_t size = 256 + 28 * soup.points.size() + 4 * soup.corners.size() + 16 * soup.edges.size() + 16 * soup.triangles.size() +
-                             32 * soup.parameters.size();
+    const EdgeSections sections(soup);
+    const RequiredElements& required = soup.required;
+    const std::size_t size = 256 + 28 * soup.points.size() + 4 * soup.corners.size() + 16 * sections.edges.size() + 16 * soup.triangles.size() +
+                             32 * soup.parameters.size() +
+                             4 * (required.vertices.size() + required.edges.size() + required.triangles.size());
     BinarySections out(version_for(size), size);
     out.begin_entries(Keyword::Vertices, soup.points.size(), 28);
     for (const Eigen::Vector3d& p : soup.points) {
         for (int i = 0; i < 3; ++i) out.real(p[i]);
         out.integer(0);
     }
-    if (!soup.corners.empty()) {
-        out.begin_entries(Keyword::Corners, soup.corners.size(), 4);
-        for (const int corner : soup.corners) out.integer(corner + 1);
-    }
-    if (!soup.edges.empty()) {
-        out.begin_entries(Keyword::Edges, soup.edges.size(), 12);
-        for (const auto& [a, b] : soup.edges) {
+    const auto write_numbers = [&](Keyword keyword, const std::vector<int>& numbers) {
+        if (numbers.empty()) return;
+        out.begin_entries(keyword, numbers.size(), 4);
+        for (const int number : numbers) out.integer(number + 1);
+    };
+    write_numbers(Keyword::Corners, soup.corners);
+    write_numbers(Keyword::RequiredVertices, required.vertices);
+    if (!sections.edges.empty()) {
+        out.begin_entries(Keyword::Edges, sections.edges.size(), 12);
+        for (const auto& [a, b] : sections.edges) {
             out.integer(a + 1);
             out.integer(b + 1);
             out.integer(0);
         }
+    }
+    if (!soup.edges.empty()) {
         out.begin_entries(Keyword::Ridges, soup.edges.size(), 4);
         for (std::size_t e = 1; e <= soup.edges.size(); ++e) out.integer(static_cast<int>(e));
     }
+    write_numbers(Keyword::RequiredEdges, sections.required);
     out.begin_entries(Keyword::Triangles, soup.triangles.size(), 16);
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
         for (const int vertex : soup.triangles[t]) out.integer(vertex + 1);
         out.integer(label_of(soup, t));
     }
+    write_numbers(Keyword::RequiredTriangles, required.triangles);
     if (!soup.parameters.empty()) {
         out.begin_entries(Keyword::VerticesOnGeometricTriangles, soup.parameters.size(), 32);
         for (const auto& [vertex, at] : soup.parameters) {

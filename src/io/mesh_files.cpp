@@ -105,6 +105,13 @@ void io::check_writable(const char* function, const TriangleSoup& soup) {
     for (std::size_t e = 0; e < soup.edges.size(); ++e)
         for (const int vertex : soup.edges[e]) check_vertex(function, vertex, n, "edge", e);
     for (std::size_t c = 0; c < soup.corners.size(); ++c) check_vertex(function, soup.corners[c], n, "corner", c);
+    const RequiredElements& required = soup.required;
+    for (std::size_t v = 0; v < required.vertices.size(); ++v) check_vertex(function, required.vertices[v], n, "required vertex", v);
+    for (std::size_t e = 0; e < required.edges.size(); ++e)
+        for (const int vertex : required.edges[e]) check_vertex(function, vertex, n, "required edge", e);
+    for (const int t : required.triangles)
+        if (t < 0 || static_cast<std::size_t>(t) >= soup.triangles.size())
+            refuse(function, "triangle " + std::to_string(t) + " is required of " + std::to_string(soup.triangles.size()));
     for (std::size_t p = 0; p < soup.parameters.size(); ++p) {
         const auto& [vertex, at] = soup.parameters[p];
         check_vertex(function, vertex, n, "parameter entry", p);
@@ -158,6 +165,11 @@ bool holds_fields(const std::string& path) {
     return std::any_of(std::begin(kMeshFormats), std::end(kMeshFormats), [&](const MeshFormat& format) {
         return extension == format.extension && format.fields && format.binary != nullptr;
     });
+}
+
+bool marks_required(const std::string& path) {
+    const std::string extension = io::extension_of(path);
+    return extension == ".mesh" || extension == ".meshb";
 }
 
 namespace {

@@ -71,9 +71,31 @@ Json json_of(const EdgeReport& e) {
             {"unit_share", e.unit_share},
             {"short_share", e.short_share},
             {"long_share", e.long_share},
+            {"short", e.num_short},
+            {"long", e.num_long},
             {"efficiency", e.efficiency},
             {"log2_histogram", json_of(e.log2_histogram)},
             {"worst", json_of(e.worst)}};
+}
+
+Json json_of(const Shortfall& s) { return {{"count", s.count}, {"worst", s.count > 0 ? Json(s.worst) : Json(nullptr)}}; }
+
+Json json_of(const OffenderReport& o) {
+    Json groups = Json::array();
+    for (const OffenderGroup& g : o.groups)
+        groups.push_back({{"at", {g.point.x(), g.point.y(), g.point.z()}},
+                          {"area_length", json_of(g.quality)},
+                          {"angle", json_of(g.angle)},
+                          {"edge_ratio", json_of(g.edge_ratio)},
+                          {"cause", {{"kind", name_of(g.cause.kind)}, {"text", to_text(g.cause)}, {"value", g.cause.value}, {"ids", g.cause.ids}}}});
+    return {{"limits", {{"area_length", o.limits.quality}, {"angle", o.limits.angle}, {"edge_ratio", o.limits.edge_ratio}}},
+            {"features_known", o.features_known},
+            {"area_length", json_of(o.quality)},
+            {"angle", json_of(o.angle)},
+            {"edge_ratio", json_of(o.edge_ratio)},
+            {"unexplained", {{"area_length", json_of(o.unexplained_quality)}, {"angle", json_of(o.unexplained_angle)}, {"edge_ratio", json_of(o.unexplained_edge_ratio)}}},
+            {"num_groups", o.num_groups},
+            {"groups", groups}};
 }
 
 Json json_of(const RealisedGradation& g) {
@@ -138,6 +160,7 @@ std::string to_json(const MeshReport& report, int indent) {
     const Json json{{"topology", json_of(report.topology)},
                     {"shape", json_of(report.shape)},
                     {"edges", json_of(report.edges)},
+                    {"offenders", json_of(report.offenders)},
                     {"gradation", json_of(report.gradation)},
                     {"distance", json_of(report.distance)},
                     {"normals", json_of(report.normals)},
@@ -145,5 +168,7 @@ std::string to_json(const MeshReport& report, int indent) {
                     {"stages", stages}};
     return json.dump(indent);
 }
+
+std::string to_json(const OffenderReport& report, int indent) { return json_of(report).dump(indent); }
 
 }  // namespace gradus

@@ -360,12 +360,13 @@ void log_cuts(const std::vector<Piece>& pieces, const Vertices& vertices, const 
         if (several[v] && !explained[v]) log.add(RepairKind::NonManifoldVertices, {v});
 }
 
-/// What goes along with the vertices: labels, feature edges, corners, parameters.
+/// What goes along with the vertices: feature edges, corners, required elements, parameters.
 class Followers {
   public:
     Followers(const TriangleSoup& from, const std::vector<Piece>& pieces, const std::vector<int>& place, const Vertices& vertices,
               const std::vector<Image>& images, const std::map<Edge, int>& splits, Log& log)
         : from_(from),
+          pieces_(pieces),
           place_(place),
           images_(images),
           splits_(splits),
@@ -384,24 +385,11 @@ class Followers {
     }
 
     void follow(TriangleSoup& to) {
-        std::map<Edge, Edge> first_edge;
-        for (const Edge& edge : from_.edges) {
-            bool found = false;
-            std::set<Edge> halved;
-            for (const Edge& image : edge_images(edge, halved)) {
-                found = true;
-                // Two that were welded are one.
-                const Edge source = sorted(edge[0], edge[1]);
-                if (first_edge.emplace(sorted(image[0], image[1]), source).first->second == source) to.edges.push_back(image);
-            }
-            if (!found) log_.add(RepairKind::LostFeatures, {edge[0], edge[1]});
-        }
-        std::map<int, int> first_corner;
-        for (const int v : from_.corners) {
-            for (const int image : images_of(v))
-                if (first_corner.emplace(image, v).first->second == v) to.corners.push_back(image);
-            if (images_of(v).empty()) log_.add(RepairKind::LostFeatures, {v});
-        }
+        follow_edges(from_.edges, to.edges);
+        follow_vertices(from_.corners, to.corners);
+        follow_vertices(from_.required.vertices, to.required.vertices);
+        follow_edges(from_.required.edges, to.required.edges);
+        follow_required_triangles(to.required.triangles);
         for (const TriangleSoup::Parameters& entry : from_.parameters) {
             for (const int image : images_of(entry.vertex)) to.parameters.push_back({image, entry.at});
             if (images_of(entry.vertex).empty()) log_.add(RepairKind::LostFeatures, {entry.vertex});
@@ -409,6 +397,56 @@ class Followers {
     }
 
   private:
+    void follow_edges(const std::vector<Edge>& from, std::vector<Edge>& to) {
+        std::map<Edge, Edge> first_edge;
+        for (const Edge& edge : from) {
+            bool found = false;
+            std::set<Edge> halved;
+            for (const Edge& image : edge_images(edge, halved)) {
+                found = true;
+                // Two that were welded are one.
+                const Edge source = sorted(edge[0], edge[1]);
+                if (first_edge.emplace(sorted(image[0], image[1]), source).first->second == source) to.push_back(image);
+            }
+            if (!found) log_.add(RepairKind::LostFeatures, {edge[0], edge[1]});
+        }
+    }
+
+    void follow_vertices(const std::vector<int>& from, std::vector<int>& to) {
+        std::map<int, int> first_vertex;
+        for (const int v : from) {
+            for (const int image : images_of(v))
+                if (first_vertex.emplace(image, v).first->second == v) to.push_back(image);
+            if (images_of(v).empty()) log_.add(RepairKind::LostFeatures, {v});
+        }
+    }
+
+    // Those that are whole, or of which a copy is.
+    void follow_required_triangles(std::vector<int>& to) {
+        if (from_.required.triangles.empty()) return;
+        std::map<Triangle, std::array<int, 2>> pieces;  // by their places: the first, and the triangle that took it
+        for (int i = 0; i < static_cast<int>(pieces_.size()); ++i) pieces.emplace(key_of(pieces_[i]), std::array{i, kNone});
+        for (const int t : from_.required.triangles) {
+            if (t < 0 || t >= static_cast<int>(from_.triangles.size())) {
+                log_.add(RepairKind::LostFeatures, {t});
+                continue;
+            }
+            const Triangle& v = from_.triangles[t];
+            Triangle key{kNone, kNone, kNone};
+            if (std::all_of(v.begin(), v.end(), [&](int i) { return i >= 0 && i < static_cast<int>(place_.size()); }))
+                std::transform(v.begin(), v.end(), key.begin(), [&](int i) { return place_[i]; });
+            std::sort(key.begin(), key.end());
+            const auto found = pieces.find(key);
+            if (found == pieces.end()) {
+                log_.add(RepairKind::LostFeatures, {v[0], v[1], v[2]});
+                continue;
+            }
+            auto& [piece, taken] = found->second;
+            if (taken == kNone) taken = t;
+            if (taken == t) to.push_back(piece);
+        }
+    }
+
     const std::vector<int>& images_of(int v) const {
         static const std::vector<int> none;
         if (v < 0 || v >= static_cast<int>(of_vertex_.size()) || place_[v] == kNone) return none;
@@ -437,6 +475,7 @@ class Followers {
     }
 
     const TriangleSoup& from_;
+    const std::vector<Piece>& pieces_;
     const std::vector<int>& place_;
     const std::vector<Image>& images_;
     const std::map<Edge, int>& splits_;
@@ -478,7 +517,7 @@ std::string what_was_done(RepairKind kind) {
         case RepairKind::UnusedVertices:
             return "vertices in no triangle dropped";
         case RepairKind::LostFeatures:
-            return "features without a place in the result dropped";
+            return "features and required elements without a place in the result dropped";
     }
     return "";
 }

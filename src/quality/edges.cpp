@@ -67,20 +67,19 @@ EdgeReport measure_edges(const MeshEdges& edges, std::span<const double> lengths
     report.length = summarise({lengths.begin(), lengths.end()});
     if (lengths.empty()) return report;
     Worst worst(options.worst);
-    std::size_t too_short = 0, too_long = 0;
     double lost = 0;  // sum of min(l, 1/l) - 1
     for (int e = 0; e < edges.size(); ++e) {
         const double l = lengths[e];
-        too_short += l < 1 / std::numbers::sqrt2;
-        too_long += l > std::numbers::sqrt2;
+        report.num_short += l < 1 / std::numbers::sqrt2;
+        report.num_long += l > std::numbers::sqrt2;
         lost += (l <= 1 ? l : 1 / l) - 1;
         report.log2_histogram.add(std::log2(l));
         worst.add(e, std::max(l, 1 / l));
     }
     const double n = static_cast<double>(lengths.size());
-    report.short_share = static_cast<double>(too_short) / n;
-    report.long_share = static_cast<double>(too_long) / n;
-    report.unit_share = static_cast<double>(lengths.size() - too_short - too_long) / n;
+    report.short_share = static_cast<double>(report.num_short) / n;
+    report.long_share = static_cast<double>(report.num_long) / n;
+    report.unit_share = static_cast<double>(lengths.size() - report.num_short - report.num_long) / n;
     report.efficiency = std::exp(lost / n);
     for (const Offender& edge : worst.sorted()) report.worst.push_back({edges.ends[edge.index], lengths[edge.index]});
     return report;

@@ -105,8 +105,8 @@ void append_shape(std::string& text, const ShapeReport& s) {
 }
 
 void append_edges(std::string& text, const EdgeReport& e) {
-    text += fmt::format("edges in the size map: {:.2f} % in [.71, 1.41], {:.2f} % shorter, {:.2f} % longer; efficiency {:.4f}\n", 100 * e.unit_share,
-                        100 * e.short_share, 100 * e.long_share, e.efficiency);
+    text += fmt::format("edges in the size map: {:.2f} % in [.71, 1.41], {} ({:.2f} %) shorter, {} ({:.2f} %) longer; efficiency {:.4f}\n",
+                        100 * e.unit_share, e.num_short, 100 * e.short_share, e.num_long, 100 * e.long_share, e.efficiency);
     append_low_table(text, {{"metric length", &e.length}});
     append_high_table(text, {{"", &e.length}});
 }
@@ -167,6 +167,7 @@ MeshReport measure(const MeshView& mesh, const MeasureOptions& options) {
     report.topology = measure_topology(mesh, edges);
     report.shape = measure_shape(mesh, edges, {.worst = options.worst});
     report.gradation = measure_realised_gradation(mesh, edges, {.worst = options.worst});
+    report.offenders = find_offenders(mesh, {.sizes = options.sizes, .features = options.features, .required = options.required});
     if (options.size) report.edges = measure_edges(edges, metric_lengths(mesh, edges, options.size, options.size_hints), {.worst = options.worst});
     else if (!options.sizes.empty()) report.edges = measure_edges(edges, metric_lengths(mesh, edges, options.sizes), {.worst = options.worst});
     if (options.model) {
@@ -186,6 +187,7 @@ std::string to_text(const MeshReport& report) {
     append_topology(text, report.topology);
     append_shape(text, report.shape);
     if (report.edges) append_edges(text, *report.edges);
+    text += to_text(report.offenders);
     append_gradation(text, report.gradation);
     append_surface(text, report);
     append_reference(text, report);

@@ -323,13 +323,14 @@ bool Editor::collapse(int h) {
 }
 
 int Editor::split(int h) {
+    if (is_frozen(h)) return -1;
     const int chain = mesh_.tag(h);
     const Vertex &va = vertices_[mesh_.origin(h)], &vb = vertices_[mesh_.target(h)];
     Vertex m;
     if (chain >= 0) {
         const auto foot = [&](const Vertex& v) {
-            // A vertex of another chain ends this one.
-            const bool inside = v.bound == Bound::Curve && support_.chain_of(v.place.curve) == chain;
+            // A vertex of another chain ends this one. Frozen ones may be inside.
+            const bool inside = v.place.curve >= 0 && support_.chain_of(v.place.curve) == chain;
             return Foot{{v.place.at, inside ? v.place.curve : -1, v.place.t, v.place.cell}, v.p, v.n, v.h};
         };
         take_foot(m, support_.middle(chain, foot(va), foot(vb)));
@@ -380,9 +381,10 @@ double Editor::energy_around(const std::vector<int>& around, Aim aim, double mea
             const int t = h / 3;
             if (stamp_[t] == stamp_now_) return;
             stamp_[t] = stamp_now_;
+            if (is_frozen_triangle(t)) return;
             sum += weighted(energy(t), aim) - neutral;
             for (const int e : {h, Connectivity::next(h), Connectivity::prev(h)}) {
-                if (mesh_.tag(e) < 0) continue;
+                if (mesh_.tag(e) < 0 || is_frozen(e)) continue;
                 const double share = mesh_.twin(e) < 0 ? 1 : 0.5;
                 sum += share * (weighted(edge_energy(vertices_[mesh_.origin(e)], vertices_[mesh_.target(e)]), aim) - 1);
             }

@@ -13,7 +13,7 @@ namespace gradus {
 enum class Bound : char {
     Free,   // moves on the surface
     Curve,  // slides on its feature curve
-    Fixed   // corners and poles
+    Fixed   // corners, poles and what is frozen
 };
 
 struct alignas(64) Vertex {
@@ -103,6 +103,11 @@ inline double weighted(double energy, Aim aim) {
     return e4 * e4;
 }
 
+// Edges that no operation may touch have tags from here on: this plus one plus their own. Both their ends are fixed.
+inline constexpr int kFrozenTag = 1 << 30;
+inline int frozen_tag(int tag) { return kFrozenTag + 1 + tag; }
+inline int thawed_tag(int tag) { return tag >= kFrozenTag ? tag - kFrozenTag - 1 : tag; }
+
 class Editor {
   public:
     Editor(const Support& support, std::vector<Vertex> vertices, Connectivity mesh)
@@ -131,6 +136,8 @@ class Editor {
     int collapse_gain(int h) const;
     int split_gain(int h) const;
 
+    bool is_frozen(int h) const { return mesh_.tag(h) >= kFrozenTag; }
+    bool is_frozen_triangle(int t) const { return is_frozen(3 * t) && is_frozen(3 * t + 1) && is_frozen(3 * t + 2); }
     bool can_flip(int h) const;
     bool can_collapse(int h) const;
     // Applies a legal operation without judging the shapes; false if the surface or a fold bars it.

@@ -89,7 +89,7 @@ void split_long(Editor& editor, const OptimiseOptions& options, OptimiseReport& 
     double longer_than = std::numeric_limits<double>::infinity();
     const double most = editor.mesh().num_live_triangles() + kMostGrowth * predicted_triangles(editor, options);
     for (int pass = 0; pass < kMostSplitPasses; ++pass) {
-        auto edges = edges_where(editor, options, [&](int h) { return editor.longest_length(h) > kLongest; }, [](double l) { return l > kLongest; });
+        auto edges = edges_where(editor, options, [&](int h) { return !editor.is_frozen(h) && editor.longest_length(h) > kLongest; }, [](double l) { return l > kLongest; });
         if (edges.empty()) break;
         std::sort(edges.begin(), edges.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(-a.length, a.halfedge) < std::pair(-b.length, b.halfedge); });
         const bool last = longer_than == kLongest;
@@ -140,9 +140,10 @@ void smooth(Editor& editor, const OptimiseOptions& options, int sweeps) {
 
 double mean_energy(const Editor& editor) {
     double sum = 0;
+    int count = 0;
     for (int t = 0; t < editor.mesh().num_triangles(); ++t)
-        if (editor.mesh().is_live_triangle(t)) sum += editor.energy(t);
-    return sum / editor.mesh().num_live_triangles();
+        if (editor.mesh().is_live_triangle(t) && !editor.is_frozen_triangle(t)) sum += editor.energy(t), ++count;
+    return sum / std::max(count, 1);
 }
 
 bool irregular(const Connectivity& mesh, int v) { return mesh.is_live_vertex(v) && mesh.valence(v) != (mesh.is_boundary_vertex(v) ? 4 : 6); }
@@ -258,7 +259,7 @@ bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseR
 int count_below(const Editor& editor, double goal) {
     int below = 0;
     for (int t = 0; t < editor.mesh().num_triangles(); ++t)
-        if (editor.mesh().is_live_triangle(t) && editor.quality(t) < goal) ++below;
+        if (editor.mesh().is_live_triangle(t) && !editor.is_frozen_triangle(t) && editor.quality(t) < goal) ++below;
     return below;
 }
 
@@ -289,7 +290,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         for (int round = 0; round < kWorstRounds; ++round) {
             std::vector<std::pair<double, int>> bad;
             for (int t = 0; t < mesh.num_triangles(); ++t)
-                if (mesh.is_live_triangle(t) && editor.quality(t) < goal && is_active(t)) bad.emplace_back(editor.quality(t), t);
+                if (mesh.is_live_triangle(t) && !editor.is_frozen_triangle(t) && editor.quality(t) < goal && is_active(t)) bad.emplace_back(editor.quality(t), t);
             std::sort(bad.begin(), bad.end());
             int kept_now = 0;
             for (const auto& [was, t] : bad) {

@@ -1,5 +1,6 @@
 #include "gradus/remesh/triangulated.hpp"
 
+#include "gradus/mesh/frozen.hpp"
 #include "optimise.hpp"
 
 #include <algorithm>
@@ -325,7 +326,7 @@ Foot TriangleSupport::middle(int chain, const Foot& a, const Foot& b) const {
 
 namespace {
 
-std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const TriangleSupport& support, std::span<const int> cells) {
+std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const TriangleSupport& support, const Frozen& frozen, std::span<const int> cells) {
     const Connectivity& mesh = surface.support.mesh();
     std::vector<Vertex> vertices(mesh.num_vertices());
     for (int v = 0; v < mesh.num_vertices(); ++v) {
@@ -333,14 +334,20 @@ std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const Tri
         Vertex& x = vertices[v];
         take_foot(x, support.at_vertex(v, cells[v]));
         x.p = surface.support.points()[v];
-        if (surface.features.corner[v]) x.bound = Bound::Fixed;
+        if (surface.features.corner[v] || frozen.has_vertex(v)) x.bound = Bound::Fixed;
         else if (x.place.curve >= 0) x.bound = Bound::Curve;
-        if (x.bound != Bound::Fixed) continue;
+        if (!surface.features.corner[v]) continue;
         int sides = 0;
         mesh.for_each_outgoing(v, [&](int h) { sides += mesh.tag(h) >= 0; });
         if (sides != 1) x.lean = kAnyNormal;
     }
     return vertices;
+}
+
+Connectivity with_frozen_edges(Connectivity mesh, const Frozen& frozen) {
+    for (int h = 0; h < static_cast<int>(frozen.half_edge.size()); ++h)
+        if (frozen.half_edge[h] && mesh.twin(h) < h) mesh.set_tag(h, frozen_tag(mesh.tag(h)));
+    return mesh;
 }
 
 // A mesh as the background of the next one.
@@ -378,9 +385,9 @@ std::vector<Vector3d> broken_places(const Editor& editor) {
     const Connectivity& mesh = editor.mesh();
     std::vector<Vector3d> places;
     for (int t = 0; t < mesh.num_triangles(); ++t) {
-        if (!mesh.is_live_triangle(t)) continue;
+        if (!mesh.is_live_triangle(t) || editor.is_frozen_triangle(t)) continue;
         bool broken = editor.quality(t) < kBroken;
-        for (int h = 3 * t; h < 3 * t + 3; ++h) broken = broken || editor.length(h) > kUnsplit;
+        for (int h = 3 * t; h < 3 * t + 3; ++h) broken = broken || (!editor.is_frozen(h) && editor.length(h) > kUnsplit);
         const Triangle v = mesh.triangle(t);
         if (broken) places.push_back((editor.vertex(v[0]).p + editor.vertex(v[1]).p + editor.vertex(v[2]).p) / 3);
     }
@@ -389,6 +396,37 @@ std::vector<Vector3d> broken_places(const Editor& editor) {
 
 bool is_near(const Vertex& v, std::span<const Vector3d> places) {
     return std::any_of(places.begin(), places.end(), [&](const Vector3d& p) { return (p - v.p).norm() < kAround * v.h; });
+}
+
+// Required elements in the numbers of the result: fixed vertices are where they were, exactly at a corner of a triangle.
+RequiredElements find_required(const TriangulatedSurface& surface, const Editor& editor) {
+    RequiredElements found;
+    if (!surface.required) return found;
+    const Connectivity &mesh = editor.mesh(), &given = surface.support.mesh();
+    std::vector<int> number(given.num_vertices(), -1);
+    for (int v = 0; v < mesh.num_vertices(); ++v) {
+        if (editor.vertex(v).bound != Bound::Fixed) continue;
+        const auto& [triangle, uv] = editor.vertex(v).place.at;
+        number[given.origin(3 * triangle + (uv.x() == 1 ? 1 : uv.y() == 1 ? 2 : 0))] = v;
+    }
+    const auto half_edge = [&](int a, int b) {
+        const int h = number[a] >= 0 && number[b] >= 0 ? mesh.find_edge(number[a], number[b]) : -1;
+        if (h < 0) throw std::logic_error("remesh: required edge " + std::to_string(a) + "-" + std::to_string(b) + " is not in the mesh");
+        return h;
+    };
+    for (const int v : surface.required->vertices) found.vertices.push_back(number[v]);
+    for (const auto& [a, b] : surface.required->edges) {
+        half_edge(a, b);
+        found.edges.push_back({number[a], number[b]});
+    }
+    for (const int t : surface.required->triangles) {
+        const auto [a, b, c] = given.triangle(t);
+        int h = half_edge(a, b);
+        if (mesh.apex(h) != number[c]) h = mesh.twin(h);
+        if (h < 0 || mesh.apex(h) != number[c]) throw std::logic_error("remesh: required triangle " + std::to_string(t) + " is not in the mesh");
+        found.triangles.push_back(h / 3);
+    }
+    return found;
 }
 
 SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& support, const Editor& editor) {
@@ -411,8 +449,9 @@ SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& suppo
         result.triangles.push_back(mesh.triangle(t));
         result.patches.push_back(label_under(result.triangles.back()));
         for (int h = 3 * t; h < 3 * t + 3; ++h)
-            if (mesh.tag(h) >= 0 && mesh.twin(h) < h) result.features.push_back({mesh.origin(h), mesh.target(h)});
+            if (thawed_tag(mesh.tag(h)) >= 0 && mesh.twin(h) < h) result.features.push_back({mesh.origin(h), mesh.target(h)});
     }
+    result.required = find_required(surface, editor);
     return result;
 }
 
@@ -426,7 +465,8 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     check_estimate(statistics.predicted_triangles, options);
     StageClock clock(statistics.seconds);
     auto support = std::make_unique<TriangleSupport>(surface.support, surface.features, control);
-    auto editor = std::make_unique<Editor>(*support, place_vertices(surface, *support, cells), surface.support.mesh());
+    const Frozen frozen = surface.required ? frozen_elements(surface.support.points(), surface.support.mesh(), *surface.required) : Frozen{};
+    auto editor = std::make_unique<Editor>(*support, place_vertices(surface, *support, frozen, cells), with_frozen_edges(surface.support.mesh(), frozen));
     editor->renumber();
     statistics.generated_triangles = editor->mesh().num_live_triangles();
     clock.done("assembly");

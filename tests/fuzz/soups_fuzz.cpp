@@ -38,6 +38,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         soup.labels.push_back(static_cast<int>(t % 3));
         if (t % 4 == 0) soup.edges.push_back({soup.triangles[t][0], soup.triangles[t][1]});
         if (t % 5 == 0) soup.corners.push_back(soup.triangles[t][2]);
+        if (t % 6 == 0) soup.required.triangles.push_back(static_cast<int>(t));
+        if (t % 7 == 0) soup.required.edges.push_back({soup.triangles[t][1], soup.triangles[t][2]});
     }
     if (const std::string fault = support::fault_of_use(soup); !fault.empty()) {
         std::fprintf(stderr, "%s\n", fault.c_str());

@@ -70,6 +70,7 @@ TEST_CASE("every format gives back the same bits", "[io][property]") {
         if (std::string(name).starts_with("a.mesh")) {
             CHECK(same_parameters(soup, back));
             CHECK(soup.corners == back.corners);
+            CHECK(soup.required == back.required);
         }
     }
     write_mesh(folder / "a.stl", soup, {.ascii = true});
@@ -121,6 +122,9 @@ TEST_CASE("what no reader would take is not written", "[io]") {
     refused([](TriangleSoup& s) { s.labels.pop_back(); });
     refused([](TriangleSoup& s) { s.edges[0][0] = -1; });
     refused([](TriangleSoup& s) { s.corners[0] = 99; });
+    refused([](TriangleSoup& s) { s.required.vertices[0] = 60; });
+    refused([](TriangleSoup& s) { s.required.edges[1][1] = -1; });
+    refused([](TriangleSoup& s) { s.required.triangles[0] = 100; });
     refused([](TriangleSoup& s) { s.parameters[0].vertex = 60; });
     CHECK_THROWS_WITH(write_mesh(folder / "a.xyz", {}), Catch::Contains(".xyz"));
     CHECK_THROWS_WITH(write_mesh(folder / "a.vtp", {}), Catch::Contains("only read"));
@@ -141,8 +145,23 @@ TEST_CASE("Medit files of other tools are read", "[io]") {
         CHECK(soup.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 1, 2}, {0, 2, 3}});
         CHECK(soup.labels == std::vector{7, 9, 9});
         CHECK(soup.points[2] == Eigen::Vector3d(1, 1, 0));
-        CHECK(soup.edges == std::vector<std::array<int, 2>>{{0, 1}, {1, 2}});
+        CHECK(soup.edges == std::vector<std::array<int, 2>>{{0, 1}});
+        CHECK(soup.required.edges == std::vector<std::array<int, 2>>{{1, 2}});
         CHECK(soup.corners == std::vector{3});
+    }
+    SECTION("required elements: edges that are ridges too stay features, triangles are counted in their own sections") {
+        const TriangleSoup soup = read_text(
+            folder, "a.mesh",
+            "MeshVersionFormatted 2 Dimension 3 RequiredTriangles 2 3 1 RequiredVertices 2 4 1 RequiredEdges 2 3 1\n"
+            "Vertices 5 0 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 2 0 0 0\nQuadrilaterals 1 1 2 3 4 0\nTriangles 1 2 5 3 0\n"
+            "Quadrilaterals 1 1 2 3 4 0\nTriangles 2 1 2 3 0 1 3 4 0\nEdges 3 1 2 0 2 3 0 3 4 0\nRidges 2 1 2\nEnd\n");
+        REQUIRE(soup.triangles.size() == 7);
+        CHECK(soup.required.triangles == std::vector{6, 2});
+        CHECK(soup.triangles[6] == Triangle{0, 2, 3});
+        CHECK(soup.triangles[2] == Triangle{1, 4, 2});
+        CHECK(soup.required.vertices == std::vector{3, 0});
+        CHECK(soup.required.edges == std::vector<std::array<int, 2>>{{2, 3}, {0, 1}});
+        CHECK(soup.edges == std::vector<std::array<int, 2>>{{0, 1}, {1, 2}});
     }
     SECTION("a planar mesh") {
         const TriangleSoup soup = read_text(
@@ -313,6 +332,9 @@ constexpr Malformed kMalformed[] = {
     {"a.mesh", kMesh, "Triangles\n99999999999999999999\n1 2 3 0\n", 9, "'9999"},
     {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nEdges\n1\n1 4 0\n", 13, "vertex 4"},
     {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nRidges\n1\n1\n", 13, "edge 1; there are 0"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nRequiredTriangles\n1\n2\n", 13, "triangle 2; there are 1"},
+    {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nRequiredVertices\n1\n0\n", 13, "vertex 0"},
+    {"a.mesh", kMesh, "RequiredEdges\n1\n1\nTriangles\n1\n1 2 3 0\n", 10, "edge 1; there are 0"},
     {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nCorners\n1\n4\n", 13, "vertex 4"},
     {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nVerticesOnGeometricTriangles\n1\n1 1 nan 0 0\n", 13, "not finite"},
     {"a.mesh", kMesh, "Triangles\n1\n1 2 3 0\nEnd\n# VerticesOnGeometricTriangles\n# 1\n# 4 1 0 0 0\n", 14, "vertex 4"},

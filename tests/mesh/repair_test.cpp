@@ -29,7 +29,7 @@ bool same(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 /// Bit by bit.
 bool same(const TriangleSoup& a, const TriangleSoup& b) {
-    return a.triangles == b.triangles && a.labels == b.labels && a.edges == b.edges && a.corners == b.corners &&
+    return a.triangles == b.triangles && a.labels == b.labels && a.edges == b.edges && a.corners == b.corners && a.required == b.required &&
            std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
                       [](const Eigen::Vector3d& p, const Eigen::Vector3d& q) { return same(p, q); }) &&
            std::equal(a.parameters.begin(), a.parameters.end(), b.parameters.begin(), b.parameters.end(),
@@ -108,6 +108,11 @@ void check_repaired(const TriangleSoup& soup, const RepairOptions& options = {})
     for (const auto& edge : once.soup.edges)
         for (const int v : edge) CHECK((v >= 0 && v < n));
     for (const int v : once.soup.corners) CHECK((v >= 0 && v < n));
+    const RequiredElements& required = once.soup.required;
+    for (const int v : required.vertices) CHECK((v >= 0 && v < n));
+    for (const auto& edge : required.edges)
+        for (const int v : edge) CHECK((v >= 0 && v < n));
+    for (const int t : required.triangles) CHECK((t >= 0 && t < static_cast<int>(once.soup.triangles.size())));
     for (const auto& entry : once.soup.parameters) CHECK((entry.vertex >= 0 && entry.vertex < n));
 }
 
@@ -119,6 +124,7 @@ TEST_CASE("a sound soup comes back bit by bit, with nothing done", "[mesh][repai
     soup.labels.assign(soup.triangles.size(), 3);
     soup.edges = {{0, 1}, {2, 1}, {0, 1}, {1, 0}};
     soup.corners = {6, 0, 6};
+    soup.required = {.vertices = {9, 3, 9}, .edges = {{0, 1}, {8, 7}, {1, 0}}, .triangles = {4, 1}};
     soup.parameters = {{5, {1, {0.25, 0.5}}}, {5, {2, {0, 1}}}, {5, {2, {0, 1}}}};
     const Repaired same_again = repair(soup);
     CHECK(same_again.steps.empty());
@@ -323,6 +329,41 @@ TEST_CASE("welding with a tolerance moves nothing further than that", "[mesh][re
     CHECK_THROWS_AS(repair(soup, {.weld_tolerance = std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
 }
 
+TEST_CASE("required elements follow what is welded, turned, dropped and split", "[mesh][repair]") {
+    // Two copies of a square that share points by place, the second triangle the wrong way round, a copy of the first, one that is flat.
+    TriangleSoup soup;
+    soup.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0}, {9, 9, 9}};
+    soup.triangles = {{6, 6, 0}, {0, 1, 2}, {4, 3, 5}, {1, 2, 0}, {0, 0, 2}};
+    soup.required = {.vertices = {3, 6}, .edges = {{4, 5}}, .triangles = {3, 2, 0}};
+    const Repaired repaired = repair(soup);
+    const RequiredElements& required = repaired.soup.required;
+    REQUIRE(repaired.soup.triangles.size() == 2);
+    const auto at = [&](int v) { return repaired.soup.points[v]; };
+    REQUIRE(required.vertices.size() == 1);
+    CHECK(at(required.vertices[0]) == Eigen::Vector3d(0, 0, 0));
+    REQUIRE(required.edges.size() == 1);
+    CHECK(at(required.edges[0][0]) == Eigen::Vector3d(1, 1, 0));
+    CHECK(at(required.edges[0][1]) == Eigen::Vector3d(0, 1, 0));
+    CHECK(required.triangles == std::vector{0, 1});
+    const auto lost = std::find_if(repaired.steps.begin(), repaired.steps.end(), [](const RepairStep& s) { return s.kind == RepairKind::LostFeatures; });
+    REQUIRE(lost != repaired.steps.end());
+    CHECK(lost->items.first == std::vector<std::vector<int>>{{6}, {6, 6, 0}});
+}
+
+TEST_CASE("a required triangle that repair splits is required no more, its edges are as they were", "[mesh][repair]") {
+    // A flat triangle along the long side of another.
+    TriangleSoup soup;
+    soup.points = {{0, 0, 0}, {2, 0, 0}, {1, 2, 0}, {1, 0, 0}};
+    soup.triangles = {{0, 1, 2}, {1, 0, 3}};
+    soup.required = {.edges = {{1, 2}, {0, 1}}, .triangles = {0}};
+    const Repaired repaired = repair(soup);
+    CHECK(repaired.soup.triangles.size() == 2);
+    CHECK(repaired.soup.required.triangles.empty());
+    // The edge that was split is two.
+    CHECK(repaired.soup.required.edges == std::vector<std::array<int, 2>>{{1, 2}, {0, 3}, {3, 1}});
+    CHECK_THAT(summary(repaired.steps), Catch::Contains("features and required elements without a place in the result dropped: 0-1-2"));
+}
+
 TEST_CASE("any soup becomes a manifold, and stays what it has become", "[mesh][repair][property]") {
     SECTION("few places, so that everything meets everything") {
         std::mt19937_64 random(7);
@@ -337,6 +378,9 @@ TEST_CASE("any soup becomes a manifold, and stays what it has become", "[mesh][r
                 soup.labels.push_back(int(random() % 3));
             }
             for (int i = 0; i < 4; ++i) soup.edges.push_back({int(random() % n), int(random() % n)});
+            for (int i = 0; i < 3; ++i) soup.required.triangles.push_back(int(random() % m));
+            soup.required.edges = {soup.edges[1], {int(random() % n), int(random() % n)}};
+            soup.required.vertices = {int(random() % n)};
             check_repaired(soup);
             check_repaired(soup, {.weld_tolerance = 0.1});
         }

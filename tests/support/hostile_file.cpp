@@ -36,6 +36,12 @@ std::string fault_of(const MeshData& data) {
         if (!is_vertex(a) || !is_vertex(b)) return "an edge has an index out of range";
     for (const int corner : soup.corners)
         if (!is_vertex(corner)) return "a corner is out of range";
+    for (const int v : soup.required.vertices)
+        if (!is_vertex(v)) return "a required vertex is out of range";
+    for (const auto& [a, b] : soup.required.edges)
+        if (!is_vertex(a) || !is_vertex(b)) return "a required edge has an index out of range";
+    for (const int t : soup.required.triangles)
+        if (t < 0 || static_cast<std::size_t>(t) >= soup.triangles.size()) return "a required triangle is out of range";
     for (const auto& [vertex, at] : soup.parameters)
         if (!is_vertex(vertex) || at.patch < 0 || !at.uv.allFinite()) return "parameters are out of range";
     if (!are_of(data.point_fields, soup.points.size()) || !are_of(data.cell_fields, soup.triangles.size())) return "a field has gaps";

@@ -56,6 +56,10 @@ inline gradus::TriangleSoup wild_soup(unsigned seed) {
     for (int i = 0; i < 40; ++i) soup.parameters.push_back({below(60), {below(9), {any_double(random), any_double(random)}}});
     for (int i = 0; i < 15; ++i) soup.edges.push_back({below(60), below(60)});
     for (int i = 0; i < 5; ++i) soup.corners.push_back(below(60));
+    for (int i = 0; i < 4; ++i) soup.required.vertices.push_back(below(60));
+    // Some are features too.
+    soup.required.edges = {soup.edges[2], {1, 2}, soup.edges[9]};
+    for (int i = 0; i < 6; ++i) soup.required.triangles.push_back(below(100));
     return soup;
 }
 

@@ -21,6 +21,7 @@ TriangleSoup with_everything() {
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) soup.labels.push_back(static_cast<int>(t / 6));
     soup.edges = {{0, 1}, {1, 2}};
     soup.corners = {0, 3};
+    soup.required = {.vertices = {5, 2}, .edges = {{0, 1}, {3, 4}}, .triangles = {2, 0}};
     soup.parameters = {{0, {1, {0.5, 0.25}}}, {3, {0, {1e-5, 1}}}};
     return soup;
 }

@@ -5,6 +5,7 @@
 #include "gradus/control/sizing.hpp"
 #include "gradus/curvature/estimate.hpp"
 #include "gradus/mesh/features.hpp"
+#include "gradus/mesh/frozen.hpp"
 #include "gradus/surface/smooth_support.hpp"
 
 #include <vector>
@@ -21,7 +22,7 @@ struct TriangulationOptions {
 class Triangulation {
   public:
     /// @throws std::invalid_argument for a soup that is no oriented manifold, has no triangles, no area, no extent or one below 1e-40, or a
-    ///         coordinate that is not finite or beyond 1e40
+    ///         coordinate that is not finite or beyond 1e40, or for required elements as frozen_elements does
     explicit Triangulation(TriangleSoup soup, const TriangulationOptions& options = {});
     Triangulation(const Triangulation&) = delete;
     Triangulation& operator=(const Triangulation&) = delete;
@@ -29,6 +30,7 @@ class Triangulation {
     const TriangleSoup& soup() const { return soup_; }
     const Connectivity& mesh() const { return mesh_; }
     const Features& features() const { return features_; }
+    const Frozen& frozen() const { return frozen_; }  ///< what the soup requires
     const Wedges& wedges() const { return wedges_; }
     const std::vector<WedgeCurvature>& curvature() const { return curvature_; }  ///< one per wedge
     /// Curvature of the feature curve through each vertex, 1 / length; 0 off features and at corners.
@@ -41,6 +43,7 @@ class Triangulation {
     TriangleSoup soup_;
     Connectivity mesh_;
     Features features_;
+    Frozen frozen_;
     Wedges wedges_;
     std::vector<WedgeCurvature> curvature_;
     std::vector<double> curve_curvature_;
@@ -56,15 +59,18 @@ struct TriangulationBackground {
 
 /// Cuts the edges of the triangulation in half where sizes between their ends are not what interpolation says: beside a small round
 /// a large flat facet is to have large elements, and where large facets are narrow, small ones. Curvature varies linearly along an
-/// edge, on each side of features on its own; clearances are found anew at each cut.
+/// edge, on each side of features on its own; clearances are found anew at each cut. At vertices of frozen edges the size is their mean
+/// length, though larger than hmax only as far as curvature and clearances allow.
 /// @throws std::invalid_argument for a bad rule, or a region whose label no triangle has
 TriangulationBackground make_background(const Triangulation& surface, const SizingRule& rule, int max_triangles = 20'000'000);
 
-/// Sizes by the rule at the vertices of the triangulation, at features the smallest of their sides and of the curve's own.
+/// Sizes by the rule at the vertices of the triangulation, at features the smallest of their sides and of the curve's own, at frozen
+/// edges as make_background does.
 /// @throws std::invalid_argument for a bad rule, or a region whose label no triangle has
 std::vector<double> geometric_sizes(const Triangulation& surface, const SizingRule& rule);
 
-/// The triangulation itself with sizes given at its vertices.
+/// The triangulation itself with sizes given at its vertices; at those of frozen edges their mean length takes their place, though it is
+/// above the given size only up to .3 of the smallest radius of curvature.
 TriangulationBackground make_background(const Triangulation& surface, std::span<const double> sizes);
 
 }  // namespace gradus

@@ -2,7 +2,7 @@
 ///
 /// | extension | format | carries |
 /// |---|---|---|
-/// | .mesh .meshb | Medit: text; binary in the layout of libMeshb, versions 1 to 4 read, 2 written (3 beyond 2 GB) | everything |
+/// | .mesh .meshb | Medit: text; binary in the layout of libMeshb, versions 1 to 4 read, 2 written (3 beyond 2 GB) | everything but fields |
 /// | .msh | Gmsh: versions 2.2 and 4.1, text and binary of both byte orders read, text of 4.1 written | triangles, labels, edges, fields |
 /// | .obj | Wavefront | points, triangles |
 /// | .off | Geomview: text, with NOFF, COFF and STOFF | points, triangles |
@@ -15,7 +15,9 @@
 /// here, see mesh/diagnose.hpp.
 ///
 /// Medit: the reference of a triangle is its label (all zero: no labels). Every entry of `Edges` is a feature edge, written
-/// as a ridge too; `Ridges` and `RequiredEdges` number entries of `Edges` and are only checked. `Corners` are corners.
+/// as a ridge too, but for those that `RequiredEdges` numbers and `Ridges` does not. What `RequiredVertices`, `RequiredEdges` and
+/// `RequiredTriangles` number are the required elements, which remeshing does not touch; a ridge that is not required may be divided
+/// anew. `Corners` are corners.
 /// `VerticesOnGeometricTriangles` holds TriangleSoup::parameters, an entry per vertex and patch: vertex, patch (from 1 in the
 /// file), u, v, distance (written as 0, not read). Text files are written with that section as comments behind `End`, each line
 /// with a leading `#`, as readers elsewhere stop at a keyword that they do not know; it is read there and as a section.
@@ -66,6 +68,9 @@ void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOp
 
 /// The formats that hold fields and are written: .msh .ply .vtu. By extension.
 bool holds_fields(const std::string& path);
+
+/// The formats that hold required elements: .mesh .meshb. By extension.
+bool marks_required(const std::string& path);
 
 /// The same with fields, whose names and components read_mesh_data gives back, with all values. A cell field `label` gives way to the
 /// labels of the soup. `.msh` holds up to 64 components, of which Gmsh shows 1, 3 and 9.

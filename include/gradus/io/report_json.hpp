@@ -10,4 +10,7 @@ namespace gradus {
 /// @param indent  spaces per level; -1: all on one line
 std::string to_json(const MeshReport& report, int indent = 2);
 
+/// The offenders of such a report alone, as under its key "offenders".
+std::string to_json(const OffenderReport& report, int indent = 2);
+
 }  // namespace gradus

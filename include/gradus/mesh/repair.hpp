@@ -21,7 +21,7 @@
 /// So vertices at one place, joined in 2, stay or become several where sheets or fans of triangles pass each other.
 ///
 /// What remains keeps its order, points their bits where nothing was welded; vertices added by cuts come last. Labels, feature edges,
-/// corners and parameters follow.
+/// corners, required elements and parameters follow; of a required triangle that was split none is required.
 #pragma once
 
 #include <span>
@@ -50,7 +50,8 @@ enum class RepairKind {
     NonManifoldEdges,     ///< vertex, vertex: come apart into sheets
     NonManifoldVertices,  ///< vertex: come apart, and on none of these edges
     UnusedVertices,       ///< vertex
-    LostFeatures          ///< vertices of a feature edge, corner or entry of parameters that has no place in the result
+    LostFeatures          ///< vertices of a feature or required edge, corner, required vertex or triangle, or entry of parameters that
+                          ///< has no place in the result
 };
 
 /// What was done of one kind. An item is a few indices of the input.

@@ -14,6 +14,16 @@ struct SurfacePoint {
     Eigen::Vector2d uv{0, 0};
 };
 
+/// What a mesh of the same surface must keep as it is, by index. A triangle keeps its edges and vertices, an edge its vertices.
+struct RequiredElements {
+    std::vector<int> vertices = {};             ///< stay vertices, where they are
+    std::vector<std::array<int, 2>> edges = {};  ///< stay edges between the same two points
+    std::vector<int> triangles = {};            ///< stay triangles of the same three points
+
+    bool empty() const { return vertices.empty() && edges.empty() && triangles.empty(); }
+    bool operator==(const RequiredElements&) const = default;
+};
+
 /// Triangles of a file with what came along. Polygons are split into fans by the readers.
 struct TriangleSoup {
     std::vector<Eigen::Vector3d> points;
@@ -29,6 +39,7 @@ struct TriangleSoup {
 
     std::vector<std::array<int, 2>> edges = {};  ///< feature edges, or empty
     std::vector<int> corners = {};               ///< vertices that are feature corners, or empty
+    RequiredElements required = {};              ///< what remeshing does not touch
 };
 
 /// Numbers that ride along on the points or the triangles of a soup.

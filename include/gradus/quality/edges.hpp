@@ -11,6 +11,7 @@ namespace gradus {
 /// Metric lengths are dimensionless; 1 is wanted.
 struct EdgeReport {
     Summary length;
+    std::size_t num_short = 0, num_long = 0;  ///< edges below and above [1/sqrt(2), sqrt(2)]
     double unit_share = 0;    ///< share of edges within [1/sqrt(2), sqrt(2)]
     double short_share = 0;   ///< below
     double long_share = 0;    ///< above

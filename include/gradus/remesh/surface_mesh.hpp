@@ -14,6 +14,7 @@ struct SurfaceMesh {
     std::vector<int> patches;              ///< one per triangle: the patch under (most of) it
     std::vector<double> sizes;             ///< one per vertex: the size the map asks for there
     std::vector<std::array<int, 2>> features;  ///< edges on creases and boundaries
+    RequiredElements required = {};            ///< those of the surface, in their order, by index in this mesh
 };
 
 }  // namespace gradus

@@ -67,6 +67,7 @@ struct TriangulatedSurface {
     const SmoothSupport& support;
     const Features& features;
     std::span<const int> labels{};  ///< of its triangles, or empty
+    const RequiredElements* required = nullptr;  ///< vertices, edges and triangles of it that are kept bit for bit; null: none. Sizes are not to be far below them, see raise_to_held
 };
 
 enum class MeshStage { Draft, Final };
@@ -76,7 +77,8 @@ enum class MeshStage { Draft, Final };
 using Recheck = std::function<std::optional<std::vector<double>>(const SurfaceMesh& mesh, MeshStage stage, std::span<const Eigen::Vector3d> in_vain)>;
 
 /// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features, corners and
-/// topology are kept. Places of the result name triangles of the triangulation.
+/// topology are kept, and so is what is required. Places of the result name triangles of the triangulation.
+/// @throws std::invalid_argument for required elements as frozen_elements does
 /// @param cells  for each vertex of the triangulation a triangle of the control space at it
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
 RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options = {},
