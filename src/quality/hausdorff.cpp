@@ -345,6 +345,8 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
         if (found[t].largest > result.largest) result.largest = found[t].largest, result.point = found[t].point;
         if (options.limit > 0 && found[t].bound > options.limit) result.beyond.push_back({t, found[t].largest, found[t].point, found[t].nearest});
     }
+    // Rounding may set them apart where both are of one corner.
+    result.bound = std::max(result.bound, result.largest);
     return result;
 }
 
