@@ -97,8 +97,7 @@ class DistanceSearch {
         for (const Vector3d* x : {&a, &b, &c}) whole.add(*x);
         int pieces = 0;
         double farthest = 0;
-        const bool kept = cut_down(whole, start, -1, 0, pieces, [&](const Polygon& piece, int t) {
-            const double d = farthest_corner(piece, t, options_.limit);
+        const bool kept = cut_down(whole, start, -1, 0, pieces, [&](const Polygon&, int t, double d) {
             if (d > options_.limit) return false;
             farthest = std::max(farthest, d);
             witnesses.add(t);
@@ -123,7 +122,7 @@ class DistanceSearch {
         const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
         found.attain(middle);
         int pieces = 0;
-        cut_down(whole, middle.hit.triangle, -1, 0, pieces, [&](const Polygon& piece, int t) {
+        cut_down(whole, middle.hit.triangle, -1, 0, pieces, [&](const Polygon& piece, int t, double) {
             hold(piece, t, found);
             return true;
         });
@@ -132,19 +131,22 @@ class DistanceSearch {
     // The triangle that is reached from one by ever closer neighbours, and its distance.
     std::pair<int, double> descend_to(const Vector3d& p, int triangle) const {
         double here = distance_to(triangle, p);
-        for (bool closer = true; closer;) {
-            closer = false;
-            for (const int g : target_.neighbours_[triangle]) {
-                if (g < 0) continue;
+        while (true) {
+            const DistanceTarget::Facet& f = target_.facets_[triangle];
+            const Vector3d d = p - f.corner;
+            const double b = f.to_b.dot(d), c = f.to_c.dot(d);
+            // Across the sides that p lies beyond; over the triangle there are none. Side k is opposite to corner k - 1.
+            const std::array<double, 3> beyond{c, 1 - b - c, b};
+            int closer = -1;
+            for (int k = 0; k < 3; ++k) {
+                const int g = target_.neighbours_[triangle][k];
+                if (g < 0 || beyond[k] >= 0) continue;
                 const double there = distance_to(g, p);
-                if (!(there < (1 - kSlack) * here)) continue;
-                here = there;
-                triangle = g;
-                closer = true;
-                break;
+                if (there < (1 - kSlack) * here) here = there, closer = g;
             }
+            if (closer < 0) return {triangle, here};
+            triangle = closer;
         }
-        return {triangle, here};
     }
 
   private:
@@ -165,13 +167,14 @@ class DistanceSearch {
         return most;
     }
 
-    // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and gives the rest to use(piece, triangle)
-    // with it, while that returns true. @returns whether it always did
+    // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and gives the rest to use(piece, triangle,
+    // distance of its farthest corner where there is a limit) with it, while that returns true. @returns whether it always did
     template <class Use>
     bool cut_down(Polygon& polygon, int t, int from, int depth, int& pieces, const Use& use) const {
         ++pieces;
         // What sticks out of the triangle may be near it all the same.
-        if (options_.limit > 0 && farthest_corner(polygon, t, options_.limit) <= options_.limit) return use(polygon, t);
+        double farthest = options_.limit > 0 ? farthest_corner(polygon, t, options_.limit) : 0;
+        if (options_.limit > 0 && farthest <= options_.limit) return use(polygon, t, farthest);
         const Triangle& v = target_.mesh_.triangles[t];
         Polygon beyond;
         for (int k = 0; pieces < kMostPieces && depth < kMostInARow && k < 3; ++k) {
@@ -181,11 +184,13 @@ class DistanceSearch {
             const Vector3d along = target_.mesh_.points[v[(k + 1) % 3]] - start, m = along.cross(target_.facets_[t].normal + target_.facets_[g].normal);
             cut(polygon, start, m, kSlack * along.norm() * m.norm(), beyond);
             if (beyond.size == 0) continue;
+            farthest = -1;
             const auto& back = target_.neighbours_[g];
             if (!cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), depth + 1, pieces, use)) return false;
             if (polygon.size == 0) return true;
         }
-        return use(polygon, t);
+        if (farthest < 0 && options_.limit > 0) farthest = farthest_corner(polygon, t, options_.limit);
+        return use(polygon, t, farthest);
     }
 
     bool good_enough(double bound, const Found& found) const {
