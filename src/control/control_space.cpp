@@ -34,37 +34,49 @@ int way_out(double a, double b, const std::array<int, 3>& neighbour) {
 
 }  // namespace
 
-ControlSpace::ControlSpace(const Background& background, std::span<const double> sizes) : background_(&background) {
-    const TriMesh& mesh = background.mesh;
-    if (sizes.size() != mesh.n_vertices())
-        throw std::invalid_argument("ControlSpace: " + std::to_string(sizes.size()) + " sizes for " + std::to_string(mesh.n_vertices()) + " vertices");
+void ControlSpace::reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes) {
+    if (sizes.size() != vertices)
+        throw std::invalid_argument("ControlSpace: " + std::to_string(sizes.size()) + " sizes for " + std::to_string(vertices) + " vertices");
     for (std::size_t v = 0; v < sizes.size(); ++v)
         if (!(sizes[v] > 0) || !std::isfinite(sizes[v])) throw std::invalid_argument("ControlSpace: size of vertex " + std::to_string(v) + " is not positive and finite");
+    cells_.reserve(triangles);
+    areas_.reserve(triangles);
+}
 
+void ControlSpace::add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& logs, const std::array<int, 3>& neighbour) {
+    const Eigen::Vector3d e1 = corner[1] - corner[0], e2 = corner[2] - corner[0], n = e1.cross(e2);
+    const double n2 = n.squaredNorm();
+    const bool has_area = n2 > 0;
+    cells_.push_back({corner[0], has_area ? Eigen::Vector3d(e2.cross(n) / n2) : Eigen::Vector3d::Zero(), has_area ? Eigen::Vector3d(n.cross(e1) / n2) : Eigen::Vector3d::Zero(),
+                      logs[0], logs[1] - logs[0], logs[2] - logs[0], neighbour});
+    areas_.push_back(std::sqrt(n2) / 2);
+}
+
+ControlSpace::ControlSpace(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, std::span<const double> sizes) {
+    reserve(points.size(), mesh.num_triangles(), sizes);
+    for (int t = 0; t < mesh.num_triangles(); ++t) {
+        const auto [a, b, c] = mesh.triangle(t);
+        const auto beyond = [&](int side) { return mesh.twin(3 * t + side) >= 0 ? mesh.twin(3 * t + side) / 3 : -1; };
+        add_cell({points[a], points[b], points[c]}, {std::log(sizes[a]), std::log(sizes[b]), std::log(sizes[c])}, {beyond(1), beyond(2), beyond(0)});
+    }
+}
+
+ControlSpace::ControlSpace(const Background& background, std::span<const double> sizes) : background_(&background) {
+    const TriMesh& mesh = background.mesh;
+    reserve(mesh.n_vertices(), mesh.n_faces(), sizes);
     const auto points = points_of(mesh);
     std::vector<double> logs(sizes.size());
     std::transform(sizes.begin(), sizes.end(), logs.begin(), [](double h) { return std::log(h); });
-    cells_.resize(mesh.n_faces());
-    areas_.resize(mesh.n_faces());
     for (int f = 0; f < static_cast<int>(mesh.n_faces()); ++f) {
-        Cell& cell = cells_[f];
-        std::array<int, 3> corner;
+        std::array<int, 3> corner, neighbour;
         // The half-edge that ends in corner k starts in corner k - 1: it is opposite to corner k + 1.
         auto halfedge = mesh.halfedge_handle(mesh.face_handle(f));
         for (int k = 0; k < 3; ++k, halfedge = mesh.next_halfedge_handle(halfedge)) {
             corner[k] = mesh.to_vertex_handle(halfedge).idx();
-            cell.neighbour[(k + 1) % 3] = mesh.opposite_face_handle(halfedge).idx();
+            neighbour[(k + 1) % 3] = mesh.opposite_face_handle(halfedge).idx();
         }
-        const Eigen::Vector3d e1 = points[corner[1]] - points[corner[0]], e2 = points[corner[2]] - points[corner[0]];
-        const Eigen::Vector3d n = e1.cross(e2);
-        const double n2 = n.squaredNorm();
-        cell.p0 = points[corner[0]];
-        cell.ga = n2 > 0 ? Eigen::Vector3d(e2.cross(n) / n2) : Eigen::Vector3d::Zero();
-        cell.gb = n2 > 0 ? Eigen::Vector3d(n.cross(e1) / n2) : Eigen::Vector3d::Zero();
-        cell.log0 = logs[corner[0]];
-        cell.da = logs[corner[1]] - cell.log0;
-        cell.db = logs[corner[2]] - cell.log0;
-        areas_[f] = std::sqrt(n2) / 2;
+        const auto [a, b, c] = corner;
+        add_cell({points[a], points[b], points[c]}, {logs[a], logs[b], logs[c]}, neighbour);
     }
 
     // A grid of about one cell per two triangles of a patch gives each walk in parameters a start.

@@ -17,7 +17,6 @@ using Eigen::Vector3d;
 constexpr double kNear2 = 1e-2;  // squared: a tenth of the way is near enough
 constexpr int kMostSteps = 3;
 constexpr double kLongestSection = 4;  // between two places, over their distance
-constexpr double kFold = 0.77;           // cosine of the turn of an edge (40 degrees) that counts as a fold
 constexpr double kNearFold = 0.25;       // over the size
 constexpr int kMostNear = 64;            // triangles
 constexpr int kKept = 4096;      // patches
@@ -49,55 +48,37 @@ TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& f
         }
         curves_.push_back(std::move(curve));
     }
-    find_folds();
-}
-
-void TriangleSupport::find_folds() {
-    const Connectivity& mesh = surface_.mesh();
-    const int n = mesh.num_triangles();
-    std::vector<Vector3d> normal(n);
-    for (int t = 0; t < n; ++t) {
-        const Triangle v = mesh.triangle(t);
-        normal[t] = (surface_.points()[v[1]] - surface_.points()[v[0]]).cross(surface_.points()[v[2]] - surface_.points()[v[0]]).stableNormalized();
-    }
-    folded_.assign(n, 0);
-    for (int h = 0; h < 3 * n; ++h) {
-        const int g = mesh.twin(h);
-        if (g < h || mesh.tag(h) >= 0 || normal[h / 3].dot(normal[g / 3]) > kFold) continue;
-        for (const int v : {mesh.origin(h), mesh.target(h)}) mesh.for_each_outgoing(v, [&](int e) { folded_[e / 3] = 1; });
-    }
-    for (int ring = 0; ring < 2; ++ring) {
-        std::vector<char> wider = folded_;
-        for (int t = 0; t < n; ++t)
-            if (folded_[t]) for (int k = 0; k < 3; ++k) mesh.for_each_outgoing(mesh.origin(3 * t + k), [&](int e) { wider[e / 3] = 1; });
-        folded_ = std::move(wider);
-    }
 }
 
 // Where the surface folds within much less than the size its normal is that between the sides of the fold.
 void TriangleSupport::spread_normals(Foot& foot) const {
     const Connectivity& mesh = surface_.mesh();
+    const auto& [triangle, uv] = foot.place.at;
     const double reach2 = kNearFold * kNearFold * foot.size * foot.size;
-    near_.assign({foot.place.at.patch});
+    // Far from the sides of its facet, a place is far from folds.
+    const auto corners = mesh.triangle(triangle);
+    const std::array<Vector3d, 3> p{surface_.points()[corners[0]], surface_.points()[corners[1]], surface_.points()[corners[2]]};
+    const std::array<double, 3> w{1 - uv.x() - uv.y(), uv.x(), uv.y()};
+    const double area2 = (p[1] - p[0]).cross(p[2] - p[0]).squaredNorm();
+    bool is_near = false;
+    for (int k = 0; k < 3; ++k) is_near = is_near || w[k] * w[k] * area2 < reach2 * (p[(k + 2) % 3] - p[(k + 1) % 3]).squaredNorm();
+    if (!is_near) return;
+    near_.assign({triangle});
     for (std::size_t i = 0; i < near_.size() && near_.size() < kMostNear; ++i)
         for (int h = 3 * near_[i]; h < 3 * near_[i] + 3; ++h) {
             const int g = mesh.twin(h);
             if (g < 0 || mesh.tag(h) >= 0 || std::find(near_.begin(), near_.end(), g / 3) != near_.end()) continue;
             if (surface_.within(g / 3, foot.point).distance2 < reach2) near_.push_back(g / 3);
         }
-    const auto normal = [&](int t) {
-        const Triangle v = mesh.triangle(t);
-        return Vector3d((surface_.points()[v[1]] - surface_.points()[v[0]]).cross(surface_.points()[v[2]] - surface_.points()[v[0]]).stableNormalized());
-    };
     const auto farthest_from = [&](const Vector3d& n) {
         Vector3d farthest = n;
         double least = 1;
         for (const int t : near_)
-            if (const Vector3d m = normal(t); m.dot(n) < least) least = m.dot(n), farthest = m;
+            if (const Vector3d m = surface_.facet_normal(t); m.dot(n) < least) least = m.dot(n), farthest = m;
         return farthest;
     };
     const Vector3d one = farthest_from(foot.normal), other = farthest_from(one);
-    if (one.dot(other) < kFold) between_sides(one, other, foot);
+    if (one.dot(other) < SmoothSupport::kFold) between_sides(one, other, foot);
 }
 
 const GregoryPatch& TriangleSupport::patch(int triangle) const {
@@ -111,7 +92,7 @@ Foot TriangleSupport::foot(const Place& place) const {
     Foot foot{place, patch(triangle).point(uv.x(), uv.y()), patch(triangle).normal(uv.x(), uv.y()), 0};
     foot.size = control_.size(foot.point, foot.place.cell);
     if (place.curve < 0) {
-        if (folded_[triangle]) spread_normals(foot);
+        if (surface_.folds_near(triangle)) spread_normals(foot);
         return foot;
     }
     // The same point of the curve as the triangle on the other side has it.
@@ -159,7 +140,7 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& tar
     }
     Foot foot{{{best.triangle, {best.b, best.c}}, -1, 0, from.cell}, point, normal, 0};
     foot.size = control_.size(foot.point, foot.place.cell);
-    if (folded_[best.triangle]) spread_normals(foot);
+    if (surface_.folds_near(best.triangle)) spread_normals(foot);
     return foot;
 }
 
@@ -350,14 +331,6 @@ Connectivity with_frozen_edges(Connectivity mesh, const Frozen& frozen) {
     return mesh;
 }
 
-// A mesh as the background of the next one.
-struct OwnBackground {
-    Background background;
-    ControlSpace control;
-
-    OwnBackground(const SurfaceMesh& mesh, std::span<const double> sizes) : background{make_mesh(mesh.points, mesh.triangles), {}, {}}, control(background, sizes) {}
-};
-
 std::vector<Vertex> with_sizes(const Connectivity& mesh, std::vector<Vertex> vertices, std::span<const double> sizes) {
     for (std::size_t v = 0; v < vertices.size(); ++v) {
         vertices[v].h = sizes[v];
@@ -470,7 +443,7 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     editor->renumber();
     statistics.generated_triangles = editor->mesh().num_live_triangles();
     clock.done("assembly");
-    std::unique_ptr<OwnBackground> own;
+    std::unique_ptr<ControlSpace> own;  // of the last mesh, with lower sizes
     std::vector<Vector3d> in_vain;
     bool fitted = false;
     const auto run = [&](MeshStage stage, std::vector<char> active) {
@@ -479,10 +452,10 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     };
     // Starts from a mesh with other sizes at its vertices.
     const auto start_from = [&](const Connectivity& mesh, const std::vector<Vertex>& vertices, std::span<const double> sizes) {
-        auto finer = std::make_unique<OwnBackground>(result.mesh, sizes);
-        statistics.predicted_triangles = finer->control.predicted_triangles();
+        auto finer = std::make_unique<ControlSpace>(result.mesh.points, mesh, sizes);
+        statistics.predicted_triangles = finer->predicted_triangles();
         check_estimate(statistics.predicted_triangles, options);
-        auto on_it = std::make_unique<TriangleSupport>(surface.support, surface.features, finer->control);
+        auto on_it = std::make_unique<TriangleSupport>(surface.support, surface.features, *finer);
         editor = std::make_unique<Editor>(*on_it, with_sizes(mesh, vertices, sizes), mesh);
         support = std::move(on_it);
         own = std::move(finer);

@@ -75,6 +75,37 @@ SmoothSupport::SmoothSupport(std::span<const Vector3d> points, const Connectivit
     : points_(points), mesh_(&mesh), wedges_(&wedges), options_(options), normals_(std::move(normals)) {
     find_tangents(features);
     turn_normals(features);
+    find_folds();
+}
+
+Vector3d SmoothSupport::facet_normal(int triangle) const {
+    const Triangle v = mesh_->triangle(triangle);
+    return (points_[v[1]] - points_[v[0]]).cross(points_[v[2]] - points_[v[0]]).stableNormalized();
+}
+
+void SmoothSupport::find_folds() {
+    const Connectivity& mesh = *mesh_;
+    const int n = mesh.num_triangles();
+    folds_near_.assign(n, 0);
+    std::vector<Vector3d> normals(n);
+    for (int t = 0; t < n; ++t) normals[t] = facet_normal(t);
+    std::vector<int> near;
+    const auto reach = [&](int vertex) {
+        mesh.for_each_outgoing(vertex, [&](int e) {
+            if (!folds_near_[e / 3]) folds_near_[e / 3] = 1, near.push_back(e / 3);
+        });
+    };
+    for (int h = 0; h < 3 * n; ++h) {
+        const int g = mesh.twin(h);
+        if (g < h || mesh.tag(h) >= 0 || normals[h / 3].dot(normals[g / 3]) > kFold) continue;
+        reach(mesh.origin(h));
+        reach(mesh.target(h));
+    }
+    for (std::size_t begin = 0, ring = 0; ring < 2; ++ring) {
+        const std::size_t end = near.size();
+        for (; begin < end; ++begin)
+            for (const int v : mesh.triangle(near[begin])) reach(v);
+    }
 }
 
 void SmoothSupport::find_tangents(const Features& features) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gradus/control/background.hpp"
+#include "gradus/mesh/connectivity.hpp"
 
 #include <span>
 #include <vector>
@@ -16,10 +17,13 @@ class ControlSpace {
     /// @param sizes  one per vertex, > 0 and finite
     /// @throws std::invalid_argument for a wrong number of sizes or a size that is not positive and finite
     ControlSpace(const Background& background, std::span<const double> sizes);
+    /// The same of a mesh without parameters, of which all triangles live; nothing of it is kept.
+    ControlSpace(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, std::span<const double> sizes);
 
     /// Size at p, walking from `triangle` (a triangle of the background near p), which is set to the one p falls into.
     double size(const Eigen::Vector3d& p, int& triangle) const;
-    /// A triangle of the background that holds the parameters, or the nearest there is on that patch.
+    /// A triangle of the background that holds the parameters, or the nearest there is on that patch. Only of a background with parameters,
+    /// as the size at a place.
     int locate(const SurfacePoint& at) const;
     /// Size at a place of the surface, interpolated in (u, v).
     double size(const SurfacePoint& at) const;
@@ -40,11 +44,13 @@ class ControlSpace {
         int cells = 0;
         std::vector<int> triangle;  // one per cell: a triangle near its middle
     };
+    void reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes);
+    void add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& logs, const std::array<int, 3>& neighbour);
     double log_size_in_parameters(const SurfacePoint& at, int& triangle) const;
 
     std::vector<Cell> cells_;
     std::vector<double> areas_;
-    const Background* background_;
+    const Background* background_ = nullptr;
     std::vector<Grid> grids_;  // one per patch
 };
 

@@ -37,7 +37,6 @@ class TriangleSupport final : public Support {
     Eigen::Vector3d on_facet(int triangle, const std::array<double, 3>& weights) const;
     Place on_curve(int curve, double t, int cell) const;
     Foot foot(const Place& place) const;
-    void find_folds();
     void spread_normals(Foot& foot) const;
     const GregoryPatch& patch(int triangle) const;
 
@@ -55,7 +54,6 @@ class TriangleSupport final : public Support {
         int triangle;
         Eigen::Vector3d begin;
     };
-    std::vector<char> folded_;  // triangles near an edge that is no feature and yet turns within much less than the size
     mutable std::vector<int> near_;      // room for `spread_normals`
     mutable std::vector<Part> section_;  // room for `between`
     mutable std::vector<int> goals_;

@@ -55,6 +55,12 @@ class SmoothSupport {
     /// The same of one facet alone.
     Foot within(int triangle, const Eigen::Vector3d& p) const;
 
+    /// Edges that are no features and yet turn by more than 40 degrees are folds: whether one is at this facet or within two rings.
+    bool folds_near(int triangle) const { return folds_near_[triangle]; }
+    static constexpr double kFold = 0.77;  ///< cosine of that angle
+    /// Unit, or zero.
+    Eigen::Vector3d facet_normal(int triangle) const;
+
     const Connectivity& mesh() const { return *mesh_; }
     std::span<const Eigen::Vector3d> points() const { return points_; }
 
@@ -65,7 +71,9 @@ class SmoothSupport {
     Handles handles(int h) const;
     void turn_normals(const Features& features);
     void find_tangents(const Features& features);
+    void find_folds();
 
+    std::vector<char> folds_near_;
     std::span<const Eigen::Vector3d> points_;
     const Connectivity* mesh_;
     const Wedges* wedges_;
