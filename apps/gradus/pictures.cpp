@@ -175,13 +175,15 @@ Image draw(const SizedTriangles& map, Quantity quantity, const std::optional<Ran
     return render({.points = map.points, .triangles = map.triangles, .field = field}, {}, {.edge_width = 0});
 }
 
-std::vector<Picture> pictures_of(const SurfaceMesh& mesh) {
+std::vector<Picture> pictures_of(const SurfaceMesh& mesh, const std::optional<DrawnMesh>& input) {
     std::vector<Picture> pictures;
+    if (input) pictures.push_back({"input", fmt::format("the input, {} triangles", input->triangles.size()), render(*input)});
     pictures.push_back({"mesh", fmt::format("{} triangles", mesh.triangles.size()), draw(mesh)});
     pictures.push_back({"size", "sizes asked for", draw(SizedTriangles{mesh.points, mesh.triangles, mesh.sizes}, Quantity::Size)});
     int number = 0;
     for (const Camera& camera : enlargements(mesh, 2)) {
         const std::string index = std::to_string(++number);
+        if (input) pictures.push_back({"input-" + index, "the input there, " + index, render(*input, camera)});
         pictures.push_back({"enlargement-" + index, "where sizes change most, " + index, draw(mesh, camera)});
     }
     return pictures;

@@ -1,6 +1,7 @@
 /// Pictures of a mesh: the whole of it, what it was made for, and enlargements where sizes change most.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,7 @@ enum class Quantity { Size, Shock };
 /// Coloured by size, or by the H-shock of the sizes, on a logarithmic scale.
 Image draw(const SizedTriangles& map, Quantity quantity, const std::optional<Range>& range = {});
 
-/// Whole, sizes, two enlargements.
-std::vector<Picture> pictures_of(const SurfaceMesh& mesh);
+/// Whole, sizes, two enlargements; with the input, where that is a triangulation, the same of it before: whole, and the enlargements.
+std::vector<Picture> pictures_of(const SurfaceMesh& mesh, const std::optional<DrawnMesh>& input = {});
 
 }  // namespace gradus::app

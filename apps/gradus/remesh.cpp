@@ -51,6 +51,7 @@ struct Made {
     Json json;            // keys of the input's kind
     std::function<MeshReport()> measure;
     std::function<void(const std::string& path)> write;
+    std::function<std::vector<Picture>()> draw;
 };
 
 void check_options(const Options& options) {
@@ -131,6 +132,7 @@ Made mesh_patches(const Options& options, const std::optional<GradationOptions>&
     const SurfaceMesh mesh = made.result.mesh;
     made.measure = [=] { return measure_surface_mesh(*model, mesh, *control); };
     made.write = [=](const std::string& path) { write_surface_mesh(path, *model, mesh); };
+    made.draw = [=] { return pictures_of(mesh); };
     return made;
 }
 
@@ -162,6 +164,10 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     made.measure = [=] { return measure_surface_mesh(*mesh); };
     made.write = [=](const std::string& path) {
         write_surface_mesh(path, mesh->result.mesh, !surface->soup().labels.empty(), carried->points, carried->cells);
+    };
+    made.draw = [=] {
+        const std::vector<std::array<int, 2>> features = surface->features().edges();
+        return pictures_of(mesh->result.mesh, DrawnMesh{.points = surface->soup().points, .triangles = surface->soup().triangles, .features = features});
     };
     return made;
 }
@@ -205,7 +211,7 @@ int run_remesh(const Options& options) {
     std::optional<MeshReport> report;
     std::vector<Picture> pictures;
     if (!options.pictures.empty()) {
-        pictures = stages.run("pictures", [&] { return pictures_of(mesh); });
+        pictures = stages.run("pictures", made.draw);
         for (const Picture& picture : pictures) {
             files.push_back(options.pictures + "/" + picture.name + ".png");
             write_png(files.back(), picture.image);
@@ -288,7 +294,7 @@ void add_remesh(CLI::App& app, Run& run) {
         ->type_name("N")
         ->check(CLI::Range(100, 1'000'000'000).description(""));
     command.add_option("--report", options->report, "Measure the mesh and write a report")->type_name("R.html|R.json");
-    command.add_option("--pictures", options->pictures, "Draw pictures into this folder")->type_name("DIR");
+    command.add_option("--pictures", options->pictures, "Draw pictures into this folder: the mesh, its sizes, enlargements; of triangulations the input too")->type_name("DIR");
     add_session(command, options->session);
     run_with(command, run, options, run_remesh);
 }

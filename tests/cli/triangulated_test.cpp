@@ -78,6 +78,19 @@ TEST_CASE("a chord error that the smallest size makes impossible is not kept, an
     CHECK(read_file(folder / "again.off") == read_file(folder / "out.off"));
 }
 
+TEST_CASE("pictures of a triangulation show the input beside the mesh", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", tin());
+    const Outcome outcome = run(folder, "remesh in.off -o out.off --chord-error 0.02 --pictures shown");
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.code == 0);
+    for (const std::string name : {"input", "mesh", "size", "input-1", "enlargement-1"}) {
+        CAPTURE(name);
+        CHECK(std::filesystem::file_size(folder / ("shown/" + name + ".png")) > 1000);
+    }
+    CHECK(read_file(folder / "shown/input.png") != read_file(folder / "shown/mesh.png"));
+}
+
 TEST_CASE("without a chord error the distance is told, not judged", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", triangulations::soup(triangulations::sphere(3)));

@@ -34,6 +34,14 @@ struct FeatureChain {
 struct Features {
     std::vector<FeatureChain> chains;
     std::vector<char> corner;  ///< per vertex: where chains end, meet or turn, and the points of cones
+
+    /// Of all chains, by their ends.
+    std::vector<std::array<int, 2>> edges() const {
+        std::vector<std::array<int, 2>> all;
+        for (const FeatureChain& chain : chains)
+            for (int i = 0; i < chain.num_edges(); ++i) all.push_back({chain.vertex(i), chain.vertex(i + 1)});
+        return all;
+    }
 };
 
 /// What is known of the features beforehand. All may be empty.
