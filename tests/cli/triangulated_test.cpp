@@ -161,7 +161,7 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
     CAPTURE(made.err);
     REQUIRE(made.code == 0);
     const json map = json::parse(made.out);
-    CHECK(map["files"] == json({"raw.sol", "bg.mesh"}));
+    CHECK(map["files"] == json::array({"raw.sol", "bg.mesh"}));
     const TriangleSoup background = read_mesh(folder / "bg.mesh");
     REQUIRE(background.points.size() > in.points.size() + 32);
     CHECK(map["vertices"] == background.points.size());
@@ -201,7 +201,7 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
         CAPTURE(outcome.err);
         REQUIRE(outcome.code == 0);
         const json said = json::parse(outcome.out);
-        CHECK(said["triangles"].get<double>() == Approx(said["predicted_triangles"].get<double>()).epsilon(0.15));
+        CHECK(said["triangles"].get<double>() == Approx(said["predicted_triangles"].get<double>()).epsilon(0.25));
         CHECK(is_clean_manifold(diagnose(read_mesh(folder / "out.off"))));
 
         write_mesh(folder / "far.off", triangulations::soup(triangulations::sphere(3, 2)));
