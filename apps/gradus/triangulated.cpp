@@ -393,9 +393,11 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     mesh.background_vertices = map.sizes.size();
     if (gradation) stages.run("gradation", [&] { mesh.gradation = grade(map.background.mesh, map.sizes, *gradation); });
     raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
-    const ControlSpace control(map.background, map.sizes);
-    map.background.mesh = {};  // of no use without patches
+    auto control = std::make_unique<const ControlSpace>(map.background, map.sizes);
+    // Of no use any more, and large: the mesh of the background, and its sizes once there are others.
+    map.background.mesh = {};
     map.sizes = {};
+    bool has_other_sizes = false;
     const SmoothSupport support = surface.support(
         {.largest_bulge = mesh.chord_error ? kBulgeShare * *mesh.chord_error : std::numeric_limits<double>::infinity()});
     const TriangulatedSurface whole{support, surface.features(), surface.soup().labels, &surface.soup().required};
@@ -405,9 +407,12 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     if (mesh.chord_error)
         recheck = [&](const SurfaceMesh& draft, MeshStage stage, std::span<const Eigen::Vector3d> in_vain) {
             stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size())));
-            return stage == MeshStage::Draft ? keeper.refine_draft(draft, *mesh.chord_error) : keeper.refine(draft, *mesh.chord_error, in_vain);
+            if (has_other_sizes) control.reset();
+            auto sizes = stage == MeshStage::Draft ? keeper.refine_draft(draft, *mesh.chord_error) : keeper.refine(draft, *mesh.chord_error, in_vain);
+            has_other_sizes = has_other_sizes || sizes;
+            return sizes;
         };
-    mesh.result = stages.run("meshing", [&] { return remesh(whole, control, map.cells, options, recheck); });
+    mesh.result = stages.run("meshing", [&] { return remesh(whole, *control, map.cells, options, recheck); });
     // With a chord error the last check has measured it.
     keeper.measure_map();
     if (!mesh.chord_error) stages.run("distance", [&] { keeper.measure(mesh.result.mesh); });
