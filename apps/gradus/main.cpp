@@ -31,9 +31,10 @@ int main(int argc, char** argv) {
     using namespace gradus::app;
     std::signal(SIGPIPE, SIG_DFL);
 #ifdef __GLIBC__
-    // Memory that a stage gives back serves the next one, instead of going to the system and coming back zeroed.
-    mallopt(M_MMAP_THRESHOLD, 1 << 30);
-    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+    // Memory that a stage gives back serves the next one, instead of going to the system and coming back zeroed; but not the large arrays
+    // of models with millions of triangles, between which others would leave gaps that none fits into.
+    mallopt(M_MMAP_THRESHOLD, 1 << 25);
+    mallopt(M_TRIM_THRESHOLD, 1 << 27);
 #endif
     return guarded([&] {
         CLI::App app{"Surface mesh gradation: sizes from curvature, how fast they may change, and the mesh that follows", "gradus"};

@@ -138,16 +138,15 @@ Made mesh_patches(const Options& options, const std::optional<GradationOptions>&
 
 Made mesh_triangles(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
     const auto surface = stages.run("reading", [&] { return std::shared_ptr<const Triangulation>(load_triangulation(options.in, options.surface, options.sizing, options.session)); });
-    std::vector<double> sizes;
+    GivenSizes given;
     if (!options.sizes.empty()) {
-        if (!options.background.empty()) throw UsageError("--background is for patches; sizes of a triangulation are those of its own vertices");
-        sizes = read_sizes(options.sizes, surface->soup().points.size());
-        if (!gradation) require_finite(options.sizes, sizes);
+        given = stages.run("size map", [&] { return read_given_sizes(options.sizes, options.background, *surface); });
+        if (!gradation) require_finite(options.sizes, given.sizes);
     }
     const Fields fields = stages.run("reading fields", [&] { return load_fields(options.in, options.surface.repair, options.fields); });
     const SizingRule rule = rule_of(options.sizing, limits_for(surface->diagonal()));
     const auto mesh = std::make_shared<const TriangulatedMesh>(
-        mesh_triangulation(*surface, rule, sizes, gradation, remesh_options(options), options.sizing.hmin.has_value(), stages));
+        mesh_triangulation(*surface, rule, given, gradation, remesh_options(options), options.sizing.hmin.has_value(), stages));
     const auto carried =
         std::make_shared<const Fields>(stages.run("fields", [&] { return carry(*surface, fields, mesh->result.mesh, options.out); }));
     Made made;
@@ -277,7 +276,7 @@ void add_remesh(CLI::App& app, Run& run) {
         ->take_all();
     command.add_option("--size", options->sizes, "Size map, one size per vertex of the background; without it sizes follow from curvature")
         ->type_name("MAP.sol");
-    command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")
+    command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol; for a triangulation IN itself)")
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
     add_clearances(command, options->sizing);

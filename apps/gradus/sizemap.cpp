@@ -57,16 +57,40 @@ Mapped map_patches(const Options& options, const std::string& given, Stages& sta
     return map;
 }
 
-// The background of a triangulation is itself.
-Mapped map_triangles(const Options& options, Stages& stages) {
+// The background of a triangulation is itself, unless a finer or another one is asked for.
+Mapped map_triangles(const Options& options, const std::string& given, Stages& stages) {
     const auto surface = stages.run("reading", [&] { return load_triangulation(options.in, options.surface, options.sizing, options.session); });
-    Mapped map{.soup = surface->soup(),
-               .rule = rule_of(options.sizing, limits_for(surface->diagonal())),
-               .surface = text_of(options.in, *surface),
-               .accuracy = "those of the input",
-               .json = json_of(*surface)};
-    map.sizes = geometric_sizes(*surface, map.rule);
-    map.background.mesh = make_mesh(map.soup.points, map.soup.triangles);
+    Mapped map{.rule = rule_of(options.sizing, limits_for(surface->diagonal())), .surface = text_of(options.in, *surface), .json = json_of(*surface)};
+    stages.run("background", [&] {
+        if (options.background.empty()) {
+            map.soup = surface->soup();
+            map.sizes = geometric_sizes(*surface, map.rule);
+            map.background.mesh = make_mesh(map.soup.points, map.soup.triangles);
+            map.accuracy = "those of the input";
+            return;
+        }
+        TriangulationBackground refined = make_background(*surface, map.rule, options.max_triangles);
+        const std::size_t triangles = refined.background.mesh.n_faces();
+        if (triangles >= static_cast<std::size_t>(options.max_triangles))
+            throw std::length_error("the background mesh needs more than " + grouped(options.max_triangles) + " triangles");
+        if (given.empty()) {
+            map.sizes = std::move(refined.sizes);
+            map.background = std::move(refined.background);
+            const auto points = points_of(map.background.mesh);
+            map.soup = {.points = {points.begin(), points.end()}, .triangles = triangles_of(map.background.mesh)};
+            map.accuracy = triangles == surface->soup().triangles.size() ? "those of the input, which are fine enough" : "the input refined";
+            return;
+        }
+        map.soup = read_mesh(given);
+        map.background.mesh = manifold_of(given, map.soup);
+        try {
+            map.sizes = sizes_at(refined, map.soup);
+        } catch (const std::invalid_argument& error) {
+            throw Failure(given + ": " + error.what());
+        }
+        lower_to_prescribed(map.rule, map.soup.points, map.sizes);
+        map.accuracy = "as given";
+    });
     return map;
 }
 
@@ -78,13 +102,12 @@ int run_sizemap(const Options& options) {
         check_for_patches(options.sizing);
         check_for_patches(options.surface);
     }
-    if (triangles && !options.background.empty()) throw UsageError("--background is for patches; sizes of a triangulation are those of its own vertices");
     const bool given = !options.background.empty() && std::filesystem::exists(options.background);
     const std::string mesh_path = options.background.empty() ? background_beside(options.out) : options.background;
     if (!given) check_output(mesh_path, {FileKind::Mesh});
 
     Stages stages(options.session);
-    const Mapped map = triangles ? map_triangles(options, stages) : map_patches(options, given ? mesh_path : "", stages);
+    const Mapped map = triangles ? map_triangles(options, given ? mesh_path : "", stages) : map_patches(options, given ? mesh_path : "", stages);
     const auto [smallest, largest] = std::minmax_element(map.sizes.begin(), map.sizes.end());
     const double predicted = ControlSpace(map.background, map.sizes).predicted_triangles();
     const GradationReport measures = stages.run("measures", [&] { return measure_gradation(map.background.mesh, map.sizes); });
@@ -129,7 +152,8 @@ void add_sizemap(CLI::App& app, Run& run) {
         ->type_name("MAP.sol");
     command
         .add_option("--background", options->background,
-                    "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol)")
+                    "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol; for a "
+                    "triangulation IN itself, which shows no sizes that are smaller than its triangles)")
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
     add_clearances(command, options->sizing);

@@ -46,19 +46,19 @@ constexpr double kFinest = 0.1;        // of the default hmin, down to which siz
 class Keeper {
   public:
     Keeper(const Triangulation& surface, const std::optional<GradationOptions>& gradation, double hmin, TriangulatedMesh& mesh)
-        : surface_(surface), gradation_(gradation), hmin_(hmin), mesh_(mesh), target_({surface.soup().points, surface.soup().triangles}) {}
+        : surface_(surface), gradation_(gradation), hmin_(hmin), mesh_(mesh) {}
 
     // Two-sided, without a limit.
     void measure(const SurfaceMesh& mesh) {
         const MeshView input{surface_.soup().points, surface_.soup().triangles}, output{mesh.points, mesh.triangles};
-        mesh_.deviation.from_mesh = target_.measure_from(output, {.precision = kPrecision, .near = triangles_under(mesh)});
+        mesh_.deviation.from_mesh = target().measure_from(output, {.precision = kPrecision, .near = triangles_under(mesh)});
         mesh_.deviation.from_input = DistanceTarget(output).measure_from(input, {.precision = kPrecision, .near = triangles_over(mesh)});
     }
 
     // Sizes at the vertices of a draft to go on with; nothing where its triangles keep the chord error.
     std::optional<std::vector<double>> refine_draft(const SurfaceMesh& mesh, double chord_error) {
         if (mesh_.refinements == kMostDrafts) return std::nullopt;
-        const std::vector<TooFar> far = target_.sample_from({mesh.points, mesh.triangles}, kSampleShare * chord_error, triangles_under(mesh));
+        const std::vector<TooFar> far = target().sample_from({mesh.points, mesh.triangles}, kSampleShare * chord_error, triangles_under(mesh));
         if (static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size())) return std::nullopt;
         return lowered(mesh, far, chord_error, kLeastInDrafts, {});
     }
@@ -82,6 +82,11 @@ class Keeper {
     }
 
   private:
+    const DistanceTarget& target() {
+        if (!target_) target_.emplace(MeshView{surface_.soup().points, surface_.soup().triangles});
+        return *target_;
+    }
+
     // For each vertex of a mesh the triangle of the input under it.
     static std::vector<int> triangles_under(const SurfaceMesh& mesh) {
         std::vector<int> under;
@@ -116,7 +121,7 @@ class Keeper {
         for (std::size_t t = 0; t < now.size(); ++t)
             if (now[t] >= 0 && proof_.kept[t]) kept[now[t]] = 1;
         OneSidedDistance& found = mesh_.deviation.from_mesh;
-        found = target_.measure_from({mesh.points, mesh.triangles}, {.limit = limit, .precision = kCoarsePrecision, .near = triangles_under(mesh), .skip = kept});
+        found = target().measure_from({mesh.points, mesh.triangles}, {.limit = limit, .precision = kCoarsePrecision, .near = triangles_under(mesh), .skip = kept});
         proof_.kept.assign(mesh.triangles.size(), 1);
         for (const TooFar& f : found.beyond) proof_.kept[f.triangle] = 0;
         proof_.mesh = mesh;
@@ -243,7 +248,7 @@ class Keeper {
     const std::optional<GradationOptions>& gradation_;
     double hmin_;
     TriangulatedMesh& mesh_;
-    DistanceTarget target_;
+    std::optional<DistanceTarget> target_;  // made when asked for: the mesh that begins with the input's triangles has fewer by then
     Proof proof_;
     struct Lowered {
         int round = -1, times = 0;  // the last in which sizes were lowered there, and how many there were
@@ -351,7 +356,29 @@ std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const
     }
 }
 
-TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRule& rule, std::span<const double> sizes,
+GivenSizes read_given_sizes(const std::string& sizes, const std::string& background, const Triangulation& surface) {
+    if (background.empty()) return {read_sizes(sizes, surface.soup().points.size())};
+    TriangleSoup mesh = read_mesh(background);
+    if (const std::string reasons = why_not_manifold(diagnose(mesh)); !reasons.empty())
+        throw Failure(background + ": not an oriented manifold: " + reasons);
+    std::vector<double> read = read_sizes(sizes, mesh.points.size());
+    return {std::move(read), std::move(mesh), background};
+}
+
+namespace {
+
+TriangulationBackground given_background(const Triangulation& surface, const GivenSizes& given) {
+    if (!given.background) return make_background(surface, given.sizes);
+    try {
+        return make_background(surface, *given.background, given.sizes);
+    } catch (const std::invalid_argument& error) {
+        throw Failure(given.path + ": " + error.what());
+    }
+}
+
+}  // namespace
+
+TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRule& rule, const GivenSizes& given,
                                     const std::optional<GradationOptions>& gradation, const RemeshOptions& options, bool hmin_given, Stages& stages) {
     TriangulatedMesh mesh;
     if (rule.kind == SizingRule::Kind::ChordError) mesh.chord_error = rule.value;
@@ -361,24 +388,31 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
         asked.most_turn = kMostTurn;
     }
     TriangulationBackground map = stages.run("background", [&] {
-        return sizes.empty() ? make_background(surface, asked, static_cast<int>(options.max_triangles)) : make_background(surface, sizes);
+        return given.sizes.empty() ? make_background(surface, asked, static_cast<int>(options.max_triangles)) : given_background(surface, given);
     });
     mesh.background_vertices = map.sizes.size();
     if (gradation) stages.run("gradation", [&] { mesh.gradation = grade(map.background.mesh, map.sizes, *gradation); });
     raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
-    const ControlSpace control(map.background, map.sizes);
+    auto control = std::make_unique<const ControlSpace>(map.background, map.sizes);
+    // Of no use any more, and large: the mesh of the background, and its sizes once there are others.
+    map.background.mesh = {};
+    map.sizes = {};
+    bool has_other_sizes = false;
     const SmoothSupport support = surface.support(
         {.largest_bulge = mesh.chord_error ? kBulgeShare * *mesh.chord_error : std::numeric_limits<double>::infinity()});
     const TriangulatedSurface whole{support, surface.features(), surface.soup().labels, &surface.soup().required};
     const double finest = hmin_given ? rule.hmin : kFinest * rule.hmin;
-    Keeper keeper = stages.run("distance tree", [&] { return Keeper(surface, gradation, finest, mesh); });
+    Keeper keeper(surface, gradation, finest, mesh);
     Recheck recheck;
     if (mesh.chord_error)
         recheck = [&](const SurfaceMesh& draft, MeshStage stage, std::span<const Eigen::Vector3d> in_vain) {
             stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size())));
-            return stage == MeshStage::Draft ? keeper.refine_draft(draft, *mesh.chord_error) : keeper.refine(draft, *mesh.chord_error, in_vain);
+            if (has_other_sizes) control.reset();
+            auto sizes = stage == MeshStage::Draft ? keeper.refine_draft(draft, *mesh.chord_error) : keeper.refine(draft, *mesh.chord_error, in_vain);
+            has_other_sizes = has_other_sizes || sizes;
+            return sizes;
         };
-    mesh.result = stages.run("meshing", [&] { return remesh(whole, control, map.cells, options, recheck); });
+    mesh.result = stages.run("meshing", [&] { return remesh(whole, *control, map.cells, options, recheck); });
     // With a chord error the last check has measured it.
     keeper.measure_map();
     if (!mesh.chord_error) stages.run("distance", [&] { keeper.measure(mesh.result.mesh); });

@@ -46,9 +46,18 @@ struct TriangulatedMesh {
     bool kept() const { return !chord_error || deviation.bound() <= *chord_error; }
 };
 
+/// Sizes instead of those by a rule.
+struct GivenSizes {
+    std::vector<double> sizes = {};
+    std::optional<TriangleSoup> background = {};  ///< at whose vertices they are; else at those of the triangulation
+    std::string path = {};                        ///< of the background
+};
+/// As the command line names them. @throws Failure naming the file
+GivenSizes read_given_sizes(const std::string& sizes, const std::string& background, const Triangulation& surface);
+
 /// Sizes by the rule, graded, meshed; with a rule by chord error both surfaces stay within it of each other, else kept() is false.
-/// @param sizes  on the vertices of the triangulation, instead of those by the rule; may be empty
-TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRule& rule, std::span<const double> sizes,
+/// @param given  in place of the rule's, where there are any
+TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRule& rule, const GivenSizes& given,
                                     const std::optional<GradationOptions>& gradation, const RemeshOptions& options, bool hmin_given, Stages& stages);
 
 /// "bunny.off: 75 408 triangles ..., diagonal 1.6; 3 feature curves, 4 corners"

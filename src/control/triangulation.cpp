@@ -12,6 +12,7 @@
 #include <unordered_map>
 
 #include "gradus/control/clearance.hpp"
+#include "gradus/control/control_space.hpp"
 #include "gradus/mesh/closest.hpp"
 
 namespace gradus {
@@ -27,6 +28,7 @@ constexpr int kMostPasses = 40;
 constexpr double kFlat = 1e-3;           // of the size: two triangles are flat that rise less
 constexpr double kNearlyDelaunay = 1e-9;
 constexpr std::size_t kMostFlips = 20;  // looks at an edge, on average
+constexpr double kFarthestOff = 0.01;   // of the diagonal: meshes of the same surface are nearer to each other
 constexpr double kEdgeShare = 2.5;      // of the rule's chord error, that single edges of the triangulation may be cut off by
 // Squares of areas and of curvatures, and products of them with lengths, are to be doubles.
 constexpr double kLargestCoordinate = 1e40, kLeastDiagonal = 1e-40;
@@ -117,6 +119,11 @@ double largest_curvature(const Triangulation& surface, int v) {
     double largest = surface.curve_curvature()[v];
     surface.mesh().for_each_outgoing(v, [&](int h) { largest = std::max(largest, std::abs(surface.curvature()[surface.wedges().of_corner[h]].k1)); });
     return largest;
+}
+
+// Largest size of a vertex by curvature alone, if that is below a length.
+auto most_by_curvature(const Triangulation& surface) {
+    return [&surface](int v, double length) { return std::min(length, size_from_radius(SizingRule{}, 1 / std::max(largest_curvature(surface, v), 1e-300))); };
 }
 
 // What a rule says beside curvature, at places of the triangulation.
@@ -261,6 +268,7 @@ class Cutter {
 
     TriangulationBackground result() const {
         std::vector<Triangle> triangles;
+        triangles.reserve(mesh_.num_triangles());
         for (int t = 0; t < mesh_.num_triangles(); ++t) triangles.push_back(mesh_.triangle(t));
         return background_of(points_, triangles, sizes_);
     }
@@ -503,9 +511,81 @@ TriangulationBackground make_background(const Triangulation& surface, const Sizi
 
 TriangulationBackground make_background(const Triangulation& surface, std::span<const double> sizes) {
     std::vector<double> heeding(sizes.begin(), sizes.end());
-    const auto most = [&](int v, double length) { return std::min(length, size_from_radius(SizingRule{}, 1 / std::max(largest_curvature(surface, v), 1e-300))); };
-    heed_frozen(surface, most, heeding);
+    heed_frozen(surface, most_by_curvature(surface), heeding);
     return background_of(surface.soup().points, surface.soup().triangles, heeding);
+}
+
+namespace {
+
+std::vector<char> in_triangles(std::size_t num_points, std::span<const Triangle> triangles) {
+    std::vector<char> in(num_points, 0);
+    for (const Triangle& t : triangles)
+        for (const int v : t) in[v] = 1;
+    return in;
+}
+
+struct MeshOf {
+    std::span<const Vector3d> points;
+    std::span<const Triangle> triangles;
+};
+
+// For each vertex of a mesh the closest triangle of another one.
+std::vector<int> closest_triangles(const MeshOf& from, const MeshOf& to) {
+    std::vector<int> all(to.triangles.size());
+    std::iota(all.begin(), all.end(), 0);
+    const ClosestTriangle tree(to.points, to.triangles, std::move(all));
+    Eigen::AlignedBox3d box;
+    for (const Triangle& t : to.triangles)
+        for (const int v : t) box.extend(to.points[v]);
+    std::vector<ClosestTriangle::Hit> hits(from.points.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, hits.size(), 512), [&](const auto& range) {
+        int last = -1;  // vertices that follow each other are often near each other
+        for (std::size_t v = range.begin(); v < range.end(); ++v) hits[v] = tree.closest(from.points[v], last), last = hits[v].triangle;
+    });
+    const std::vector<char> counts = in_triangles(from.points.size(), from.triangles);
+    std::vector<int> closest;
+    for (std::size_t v = 0; v < hits.size(); ++v) {
+        if (counts[v] && hits[v].distance > kFarthestOff * box.diagonal().norm())
+            throw std::invalid_argument(fmt::format("not a mesh of the same surface: vertex {} of one (counted from 0) is {:.3g} from the other", v,
+                                                    hits[v].distance));
+        closest.push_back(hits[v].triangle);
+    }
+    return closest;
+}
+
+bool begins_with(const TriangleSoup& mesh, const Triangulation& surface) {
+    const std::vector<Vector3d>& points = surface.soup().points;
+    if (mesh.points.size() < points.size() || !std::equal(points.begin(), points.end(), mesh.points.begin())) return false;
+    const std::vector<char> in = in_triangles(mesh.points.size(), mesh.triangles);
+    for (int v = 0; v < std::ssize(points); ++v)
+        if (surface.mesh().is_live_vertex(v) && !in[v]) return false;
+    return true;
+}
+
+}  // namespace
+
+TriangulationBackground make_background(const Triangulation& surface, const TriangleSoup& mesh, std::span<const double> sizes) {
+    if (mesh.triangles.empty()) throw std::invalid_argument("a background without triangles");
+    if (sizes.size() != mesh.points.size())
+        throw std::invalid_argument(fmt::format("{} sizes for the {} vertices of the background", sizes.size(), mesh.points.size()));
+    TriangulationBackground result = background_of(mesh.points, mesh.triangles, sizes);
+    if (begins_with(mesh, surface)) {
+        heed_frozen(surface, most_by_curvature(surface), result.sizes);
+        return result;
+    }
+    if (!surface.frozen().empty())
+        throw std::invalid_argument("where elements are required the background must begin with the vertices of the surface, in their order");
+    result.cells = closest_triangles({surface.soup().points, surface.soup().triangles}, {mesh.points, mesh.triangles});
+    return result;
+}
+
+std::vector<double> sizes_at(const TriangulationBackground& map, const TriangleSoup& mesh) {
+    const ControlSpace control(map.background, map.sizes);
+    const std::vector<Triangle> triangles = triangles_of(map.background.mesh);
+    std::vector<int> closest = closest_triangles({mesh.points, mesh.triangles}, {points_of(map.background.mesh), triangles});
+    std::vector<double> sizes;
+    for (std::size_t v = 0; v < closest.size(); ++v) sizes.push_back(control.size(mesh.points[v], closest[v]));
+    return sizes;
 }
 
 std::vector<double> geometric_sizes(const Triangulation& surface, const SizingRule& rule) {

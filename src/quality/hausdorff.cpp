@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 namespace gradus {
 
@@ -304,51 +305,57 @@ const ClosestTriangle& DistanceTarget::tree() const {
 OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSidedOptions& options) const {
     DistanceSearch search(*this, options);
     const auto num_triangles = static_cast<int>(from.triangles.size());
+    OneSidedDistance result;
     std::vector<char> open(num_triangles, 1);  // triangles that need a search
     for (int t = 0; t < std::ssize(options.skip); ++t) open[t] = !options.skip[t];
-    std::vector<Found> found(num_triangles);
-    if (options.limit > 0 && !options.near.empty())
-        tbb::parallel_for(tbb::blocked_range<int>(0, num_triangles, 256), [&](const auto& range) {
+    if (options.limit > 0 && !options.near.empty()) {
+        const auto keep = [&](const tbb::blocked_range<int>& range, double bound) {
             Witnesses unused;
             for (int t = range.begin(); t < range.end(); ++t) {
                 const auto& [a, b, c] = from.triangles[t];
                 if (!open[t] || options.near[a] < 0) continue;
                 Witnesses& witnesses = options.witnesses.empty() ? unused : options.witnesses[t];
-                open[t] = !search.keeps_limit(from.points[a], from.points[b], from.points[c], options.near[a], found[t].bound, witnesses);
+                open[t] = !search.keeps_limit(from.points[a], from.points[b], from.points[c], options.near[a], bound, witnesses);
             }
-        });
-    std::vector<Corner> corners(from.points.size());
-    std::vector<char> used(from.points.size(), 0);
-    for (int t = 0; t < num_triangles; ++t)
-        if (open[t])
-            for (const int v : from.triangles[t]) used[v] = 1;
+            return bound;
+        };
+        result.bound = tbb::parallel_reduce(tbb::blocked_range<int>(0, num_triangles, 256), 0.0, keep, [](double x, double y) { return std::max(x, y); });
+    }
+    // The others and their vertices, which are few where most are known to be near, have room for more.
+    std::vector<int> triangles, vertices, corner_of(from.points.size(), -1);
+    for (int t = 0; t < num_triangles; ++t) {
+        if (!open[t]) continue;
+        triangles.push_back(t);
+        for (const int v : from.triangles[t]) corner_of[v] = 0;
+    }
+    for (int v = 0; v < std::ssize(corner_of); ++v)
+        if (corner_of[v] == 0) corner_of[v] = static_cast<int>(vertices.size()), vertices.push_back(v);
+    std::vector<Corner> corners(vertices.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners.size(), 512), [&](const auto& range) {
         int last = -1;  // vertices that follow each other are often near each other
-        for (std::size_t v = range.begin(); v < range.end(); ++v) {
-            if (!used[v]) continue;
-            corners[v] = search.look(from.points[v], options.near.empty() ? last : options.near[v]);
-            last = corners[v].hit.triangle;
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            corners[i] = search.look(from.points[vertices[i]], options.near.empty() ? last : options.near[vertices[i]]);
+            last = corners[i].hit.triangle;
         }
     });
-    OneSidedDistance result;
     Eigen::AlignedBox3d box;
-    for (std::size_t v = 0; v < corners.size(); ++v) {
-        if (!used[v]) continue;
-        search.attained = std::max(search.attained, corners[v].hit.distance);
-        box.extend(from.points[v]);
+    for (const Corner& corner : corners) {
+        search.attained = std::max(search.attained, corner.hit.distance);
+        box.extend(corner.p);
     }
     if (!box.isEmpty()) search.attained = std::max(search.attained, kResolution * box.diagonal().norm());
-    tbb::parallel_for(tbb::blocked_range<int>(0, num_triangles, 256), [&](const auto& range) {
-        for (int t = range.begin(); t < range.end(); ++t) {
-            if (!open[t]) continue;
-            const auto& [a, b, c] = from.triangles[t];
-            search.measure(corners[a], corners[b], corners[c], found[t]);
+    std::vector<Found> found(triangles.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 256), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            const auto& [a, b, c] = from.triangles[triangles[i]];
+            search.measure(corners[corner_of[a]], corners[corner_of[b]], corners[corner_of[c]], found[i]);
         }
     });
-    for (int t = 0; t < num_triangles; ++t) {
-        result.bound = std::max(result.bound, found[t].bound);
-        if (found[t].largest > result.largest) result.largest = found[t].largest, result.point = found[t].point;
-        if (options.limit > 0 && found[t].bound > options.limit) result.beyond.push_back({t, found[t].largest, found[t].point, found[t].nearest});
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const Found& f = found[i];
+        result.bound = std::max(result.bound, f.bound);
+        if (f.largest > result.largest) result.largest = f.largest, result.point = f.point;
+        if (options.limit > 0 && f.bound > options.limit) result.beyond.push_back({triangles[i], f.largest, f.point, f.nearest});
     }
     // Rounding may set them apart where both are of one corner.
     result.bound = std::max(result.bound, result.largest);

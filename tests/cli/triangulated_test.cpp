@@ -152,18 +152,87 @@ TEST_CASE("sizes of a triangulation go from sizemap through grade to remesh", "[
         CHECK_THAT(refused.err, Catch::StartsWith("gradus: error: short.sol"));
         CHECK_FALSE(std::filesystem::exists(folder / "other.off"));
     }
-    SECTION("a background of its own is refused") {
-        const Outcome refused = run(folder, "remesh in.off --size graded.sol --background in.off -o other.off");
-        CHECK(refused.code == 2);
-        CHECK_THAT(refused.err, Catch::Contains("--background is for patches"));
-        CHECK_FALSE(std::filesystem::exists(folder / "other.off"));
-        CHECK(run(folder, "sizemap in.off --background bg.mesh -o other.sol").code == 2);
+    SECTION("the triangulation itself may be named as the background") {
+        REQUIRE(run(folder, "remesh in.off --size graded.sol --background in.off --no-gradation -o same.off").code == 0);
+        CHECK(read_file(folder / "same.off") == read_file(folder / "out.off"));
     }
     SECTION("a map of too many triangles is refused with the number") {
         const Outcome refused = run(folder, "remesh in.off --size graded.sol --max-triangles 1000 -o other.off");
         CHECK(refused.code == 1);
         CHECK_THAT(refused.err, Catch::StartsWith("gradus: error: "));
         CHECK_FALSE(std::filesystem::exists(folder / "other.off"));
+    }
+}
+
+TEST_CASE("sizemap of a triangulation writes a refined background where asked, which grade and remesh take", "[cli]") {
+    const TemporaryFolder folder;
+    // Facets of the caps are as long as the radius, the size at their rims is a tenth of it.
+    const TriangleSoup in = triangulations::soup(triangulations::capped_cylinder(32, 8, 1, 2));
+    write_mesh(folder / "in.off", in);
+    const std::string sizing = " --alpha 0.1 --hmin 0.01 --hmax 0.6";
+    const Outcome made = run(folder, "sizemap in.off -o raw.sol --background bg.mesh --json" + sizing);
+    CAPTURE(made.err);
+    REQUIRE(made.code == 0);
+    const json map = json::parse(made.out);
+    CHECK(map["files"] == json::array({"raw.sol", "bg.mesh"}));
+    const TriangleSoup background = read_mesh(folder / "bg.mesh");
+    REQUIRE(background.points.size() > in.points.size() + 32);
+    CHECK(map["vertices"] == background.points.size());
+    CHECK(std::equal(in.points.begin(), in.points.end(), background.points.begin()));
+    CHECK(is_clean_manifold(diagnose(background)));
+    CHECK(bound_between(in, background) < 1e-9);
+    const std::vector<double> raw = read_sizes(folder / "raw.sol", background.points.size());
+    CHECK(map["size_min"] == *std::min_element(raw.begin(), raw.end()));
+
+    SECTION("the way by the files is that of remesh alone") {
+        REQUIRE(run(folder, "grade bg.mesh --size raw.sol --shock 1.5 -o graded.sol").code == 0);
+        const Outcome by_files = run(folder, "remesh in.off --size graded.sol --background bg.mesh --no-gradation -o out.off --json");
+        CAPTURE(by_files.err);
+        REQUIRE(by_files.code == 0);
+        CHECK(json::parse(by_files.out)["background_vertices"] == background.points.size());
+        REQUIRE(run(folder, "remesh in.off -o alone.off --shock 1.5" + sizing).code == 0);
+        CHECK(read_file(folder / "out.off") == read_file(folder / "alone.off"));
+    }
+    SECTION("sizes on the input's own vertices say less: the insides of the caps are as fine as their rims") {
+        const Outcome coarse = run(folder, "sizemap in.off -o own.sol --json" + sizing);
+        REQUIRE(coarse.code == 0);
+        CHECK(read_sizes(folder / "own.sol", in.points.size()).size() == in.points.size());
+        CHECK(json::parse(coarse.out)["predicted_triangles"].get<double>() > 1.1 * map["predicted_triangles"].get<double>());
+    }
+    SECTION("a background that exists is kept, and gets the sizes of its places") {
+        const std::string before = read_file(folder / "bg.mesh");
+        REQUIRE(run(folder, "sizemap in.off -o again.sol --background bg.mesh -q" + sizing).code == 0);
+        CHECK(read_file(folder / "bg.mesh") == before);
+        const std::vector<double> again = read_sizes(folder / "again.sol", background.points.size());
+        for (std::size_t v = 0; v < raw.size(); ++v) CHECK(again[v] == Approx(raw[v]));
+    }
+    SECTION("other meshes of the surface carry sizes too, those of another one none") {
+        write_mesh(folder / "other.off", triangulations::soup(triangulations::capped_cylinder(48, 16, 1, 2, 6)));
+        REQUIRE(run(folder, "sizemap in.off -o other.sol --background other.off -q" + sizing).code == 0);
+        const std::string meshed = "remesh in.off --size other.sol --background other.off -o out.off --shock 1.5 --json";
+        const Outcome outcome = run(folder, meshed);
+        CAPTURE(outcome.err);
+        REQUIRE(outcome.code == 0);
+        const json said = json::parse(outcome.out);
+        CHECK(said["triangles"].get<double>() == Approx(said["predicted_triangles"].get<double>()).epsilon(0.35));
+        CHECK(is_clean_manifold(diagnose(read_mesh(folder / "out.off"))));
+
+        write_mesh(folder / "far.off", triangulations::soup(triangulations::sphere(3, 2)));
+        const Outcome refused = run(folder, "sizemap in.off -o far.sol --background far.off" + sizing);
+        CHECK(refused.code == 1);
+        CHECK_THAT(refused.err, Catch::StartsWith("gradus: error: far.off: not a mesh of the same surface"));
+        write_sizes(folder / "far.sol", std::vector<double>(read_mesh(folder / "far.off").points.size(), 0.2));
+        const Outcome unmeshed = run(folder, "remesh in.off --size far.sol --background far.off -o far.mesh");
+        CHECK(unmeshed.code == 1);
+        CHECK_THAT(unmeshed.err, Catch::StartsWith("gradus: error: far.off: not a mesh of the same surface"));
+        CHECK_FALSE(std::filesystem::exists(folder / "far.mesh"));
+    }
+    SECTION("sizes that are not of the background are refused, and one of too many triangles") {
+        CHECK(run(folder, "remesh in.off --size raw.sol -o other.off").code == 1);
+        CHECK(run(folder, "remesh in.off --size raw.sol --background in.off -o other.off").code == 1);
+        const Outcome refused = run(folder, "sizemap in.off -o many.sol --background many.mesh --max-triangles 300" + sizing);
+        CHECK(refused.code == 1);
+        CHECK_FALSE(std::filesystem::exists(folder / "many.mesh"));
     }
 }
 

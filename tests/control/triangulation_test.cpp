@@ -86,6 +86,42 @@ TEST_CASE("a background of given sizes has them, and one of too many triangles s
     CHECK(make_background(surface, fine, 200).background.mesh.n_faces() <= 202);
 }
 
+TEST_CASE("sizes given on another mesh of the surface are found from the triangulation", "[property]") {
+    TriangleSoup fine = triangulations::soup(triangulations::sphere(4));
+    const Triangulation surface(triangulations::soup(triangulations::sphere(3)));
+    // Linear in space in their logarithms, so that they can be told anywhere.
+    const auto size_there = [](const Vector3d& p) { return 0.1 * std::exp(0.5 * p.x()); };
+    std::vector<double> sizes;
+    for (const Vector3d& p : fine.points) sizes.push_back(size_there(p));
+    const TriangulationBackground map = make_background(surface, fine, sizes);
+    CHECK(map.sizes == sizes);
+    const auto triangles = triangles_of(map.background.mesh);
+    const std::vector<double> found = sizes_at(map, surface.soup());
+    for (std::size_t v = 0; v < surface.soup().points.size(); ++v) {
+        const Vector3d& p = surface.soup().points[v];
+        CHECK((fine.points[triangles[map.cells[v]][0]] - p).norm() < 0.3);
+        CHECK(found[v] == Approx(size_there(p)).epsilon(0.02));
+    }
+    sizes.pop_back();
+    CHECK_THROWS_AS(make_background(surface, fine, sizes), std::invalid_argument);
+    for (Vector3d& p : fine.points) p *= 1.2;
+    sizes.push_back(1);
+    CHECK_THROWS_AS(make_background(surface, fine, sizes), std::invalid_argument);
+    CHECK_THROWS_AS(sizes_at(map, fine), std::invalid_argument);
+}
+
+TEST_CASE("a background with required elements begins with the vertices of the surface, and heeds them", "[property]") {
+    TriangleSoup cube = triangulations::soup(triangulations::cube(4));
+    cube.required.triangles = {0, 5};
+    const Triangulation surface(cube);
+    const std::vector<double> sizes(cube.points.size(), 1.0);
+    CHECK(make_background(surface, surface.soup(), sizes).sizes == make_background(surface, sizes).sizes);
+    std::reverse(cube.points.begin(), cube.points.end());
+    for (Triangle& t : cube.triangles)
+        for (int& v : t) v = static_cast<int>(cube.points.size()) - 1 - v;
+    CHECK_THROWS_AS(make_background(surface, cube, sizes), std::invalid_argument);
+}
+
 TEST_CASE("a size prescribed at a point holds at the vertex nearest to it", "[exact]") {
     const Triangulation surface(triangulations::soup(triangulations::sphere(3)));
     SizingRule rule{.value = 0.3};

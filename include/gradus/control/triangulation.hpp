@@ -50,11 +50,11 @@ class Triangulation {
     double diagonal_ = 0;
 };
 
-/// A background for a triangulation; its first vertices are those of the triangulation, in order.
+/// A background for a triangulation; its first vertices are those of the triangulation, in order, unless it is another mesh that was given.
 struct TriangulationBackground {
     Background background;     ///< without patches
-    std::vector<double> sizes; ///< one per vertex, by the rule
-    std::vector<int> cells;    ///< for each vertex a triangle of the background at it
+    std::vector<double> sizes; ///< one per vertex, by the rule or as given
+    std::vector<int> cells;    ///< for each vertex of the triangulation, and those that came after them, a triangle of the background at it
 };
 
 /// Cuts the edges of the triangulation in half where sizes between their ends are not what interpolation says: beside a small round
@@ -72,5 +72,15 @@ std::vector<double> geometric_sizes(const Triangulation& surface, const SizingRu
 /// The triangulation itself with sizes given at its vertices; at those of frozen edges their mean length takes their place, though it is
 /// above the given size only up to .3 of the smallest radius of curvature.
 TriangulationBackground make_background(const Triangulation& surface, std::span<const double> sizes);
+
+/// Sizes given at the vertices of another mesh of the same surface, as is where it begins with the vertices of the triangulation, which then
+/// know their places in it and heed frozen edges as above; else they are taken to the closest ones.
+/// @throws std::invalid_argument for a mesh that is no oriented manifold or has no triangles, a wrong number of sizes, a vertex of the
+///         triangulation farther from the mesh than .01 of its diagonal, and where elements are required but the vertices do not come first
+TriangulationBackground make_background(const Triangulation& surface, const TriangleSoup& mesh, std::span<const double> sizes);
+
+/// Sizes of a map at the vertices of another mesh of the same surface, by their closest places; those in no triangle have them too.
+/// @throws std::invalid_argument for a vertex of a triangle that is farther from the background than .01 of its diagonal
+std::vector<double> sizes_at(const TriangulationBackground& map, const TriangleSoup& mesh);
 
 }  // namespace gradus

@@ -14,16 +14,21 @@ namespace gradus {
 struct Witnesses {
     bool proved = false;
     int size = 0;
-    std::array<int, 5> first;  ///< those that are few, which is usual
-    std::vector<int> more;
+    std::array<int, 3> first;                ///< those that are few, which is usual: there may be millions of these
+    std::unique_ptr<std::vector<int>> more;  ///< null where there never were any
 
-    void clear() { proved = false, size = 0, more.clear(); }
+    void clear() {
+        proved = false;
+        size = 0;
+        if (more) more->clear();
+    }
     void add(int triangle) {
         if (size < static_cast<int>(first.size())) first[size] = triangle;
-        else more.push_back(triangle);
+        else if (more) more->push_back(triangle);
+        else more = std::make_unique<std::vector<int>>(1, triangle);
         ++size;
     }
-    int& operator[](int i) { return i < static_cast<int>(first.size()) ? first[i] : more[i - first.size()]; }
+    int& operator[](int i) { return i < static_cast<int>(first.size()) ? first[i] : (*more)[i - first.size()]; }
 };
 
 struct OneSidedOptions {

@@ -77,7 +77,8 @@ using Recheck = std::function<std::optional<std::vector<double>>(const SurfaceMe
 /// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features, corners and
 /// topology are kept, and so is what is required. Places of the result name triangles of the triangulation.
 /// @throws std::invalid_argument for required elements as frozen_elements does
-/// @param cells  for each vertex of the triangulation a triangle of the control space at it
+/// @param control  not looked at any more once `recheck` gave sizes and is called again: it may be gone by then
+/// @param cells    for each vertex of the triangulation a triangle of the control space at it
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
 RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options = {},
                     const Recheck& recheck = {});
