@@ -17,7 +17,8 @@ constexpr double kAlmostClosest = 1.3;
 
 void check_under(const char* function, const MeshView& mesh, std::span<const int> under) {
     if (under.size() != mesh.points.size())
-        throw std::invalid_argument(std::string(function) + ": " + std::to_string(under.size()) + " triangles under " + std::to_string(mesh.points.size()) + " vertices");
+        throw std::invalid_argument(std::string(function) + ": " + std::to_string(under.size()) + " triangles under " +
+                                    std::to_string(mesh.points.size()) + " vertices");
 }
 
 // For each vertex of the reference a triangle of a mesh near it, or -1: those at the mesh's vertices, spread over the reference.
@@ -41,7 +42,9 @@ std::vector<int> triangles_over(const Connectivity& reference, const MeshView& m
 
 // For each point of one mesh a vertex of another that is exactly there, or -1.
 std::vector<int> same_points(std::span<const Vector3d> from, std::span<const Vector3d> to) {
-    const auto before = [](const Vector3d& a, const Vector3d& b) { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); };
+    const auto before = [](const Vector3d& a, const Vector3d& b) {
+        return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+    };
     std::vector<int> sorted(to.size());
     std::iota(sorted.begin(), sorted.end(), 0);
     std::sort(sorted.begin(), sorted.end(), [&](int a, int b) { return before(to[a], to[b]); });
@@ -92,7 +95,8 @@ bool take_numbers(Witnesses& witnesses, const std::vector<int>& now) {
 Deviation measure_deviation(const ReferenceView& reference, const MeshView& mesh, std::span<const int> under, double precision) {
     check_under("measure_deviation", mesh, under);
     return {DistanceTarget(reference.surface).measure_from(mesh, {.precision = precision, .near = under}),
-            DistanceTarget(mesh).measure_from(reference.surface, {.precision = precision, .near = triangles_over(reference.connectivity, mesh, under)})};
+            DistanceTarget(mesh).measure_from(reference.surface,
+                                              {.precision = precision, .near = triangles_over(reference.connectivity, mesh, under)})};
 }
 
 DeviationProof::DeviationProof(const ReferenceView& reference, double limit)
@@ -111,7 +115,8 @@ ProvedDeviation DeviationProof::prove(const MeshView& mesh, std::span<const int>
     triangles_.assign(mesh.triangles.begin(), mesh.triangles.end());
     proved.at_fault = proved.deviation.from_mesh.beyond;
     for (const TooFar& f : proved.deviation.from_reference.beyond)
-        for (const int t : target.within(f.point, kAlmostClosest * f.distance)) proved.at_fault.push_back({t, f.distance, f.point, f.triangle});
+        for (const int t : target.within(f.point, kAlmostClosest * f.distance))
+            proved.at_fault.push_back({t, f.distance, f.point, f.triangle});
     return proved;
 }
 
@@ -127,11 +132,13 @@ OneSidedDistance DeviationProof::prove_from_mesh(const MeshView& mesh, std::span
     return found;
 }
 
-OneSidedDistance DeviationProof::prove_from_reference(const MeshView& mesh, const DistanceTarget& target, std::span<const int> under, const std::vector<int>& now) {
+OneSidedDistance DeviationProof::prove_from_reference(const MeshView& mesh, const DistanceTarget& target, std::span<const int> under,
+                                                      const std::vector<int>& now) {
     std::vector<char> kept(witnesses_.size());
     for (std::size_t t = 0; t < kept.size(); ++t) kept[t] = take_numbers(witnesses_[t], now);
     const std::vector<int> over = triangles_over(reference_.connectivity, mesh, under);
-    OneSidedDistance found = target.measure_from(reference_.surface, {.limit = limit_, .precision = kPrecision, .near = over, .skip = kept, .witnesses = witnesses_});
+    OneSidedDistance found = target.measure_from(
+        reference_.surface, {.limit = limit_, .precision = kPrecision, .near = over, .skip = kept, .witnesses = witnesses_});
     include_proved_before(found);
     return found;
 }

@@ -1,8 +1,5 @@
 #include "gradus/remesh/chord_error.hpp"
 
-#include "gradus/gradation/gradient.hpp"
-#include "gradus/gradation/hold.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +9,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "gradus/gradation/gradient.hpp"
+#include "gradus/gradation/hold.hpp"
+
 namespace gradus {
 
 namespace {
@@ -19,29 +19,29 @@ namespace {
 using Eigen::Vector3d;
 
 // -- Sizes to begin with --
-constexpr double kShareOfEdges = 0.4;               // of the chord error, for the gap over edges: triangles are farther off than their edges
+constexpr double kShareOfEdges = 0.4;  // of the chord error, for the gap over edges: triangles are farther off than their edges
 constexpr double kMostTurn = std::numbers::pi / 3;  // of a curve no larger than the chord error, within one edge
 constexpr double kShareOfBulge = 0.2;               // of the chord error, for the smooth surface over the triangulation
 
 // -- When to stop --
 constexpr int kMostDrafts = 3;
 constexpr int kMostLowerings = 24;
-constexpr int kMostAtOnePlace = 8;       // what eight times did not mend there, smaller sizes will not
-constexpr int kMostInVain = 4;           // meshes in a row that are no better than those before
-constexpr double kProgress = 0.95;       // of the smallest deviation so far: what counts as better
-constexpr double kSampleShare = 0.9;     // of the chord error, for the samples of triangles that are likely to keep it
-constexpr double kFewFar = 0.01;         // of the triangles, that may be too far off in a draft: the final schedule changes as much
+constexpr int kMostAtOnePlace = 8;    // what eight times did not mend there, smaller sizes will not
+constexpr int kMostInVain = 4;        // meshes in a row that are no better than those before
+constexpr double kProgress = 0.95;    // of the smallest deviation so far: what counts as better
+constexpr double kSampleShare = 0.9;  // of the chord error, for the samples of triangles that are likely to keep it
+constexpr double kFewFar = 0.01;      // of the triangles, that may be too far off in a draft: the final schedule changes as much
 
 // -- How far to lower sizes --
 constexpr double kGoal = 0.8;            // of the chord error: what just keeps it would not after the next smoothing
 constexpr double kSteepest = 0.35;       // least factor: distances far above the limit say little
 constexpr double kLeastInDrafts = 0.85;  // largest factors: less of a change is none
 constexpr double kLeast = 0.75;
-constexpr double kPlace = 4;             // width of a place over the chord error
-constexpr double kAround = 3;            // sizes around a place where lower ones broke the mesh
+constexpr double kPlace = 4;   // width of a place over the chord error
+constexpr double kAround = 3;  // sizes around a place where lower ones broke the mesh
 // Of the length of frozen edges, and slope from there, down to which sizes go: edges of half that length still count as unit beside them.
 constexpr double kLeastHeld = 0.6;
-constexpr double kSameSize = 1e-6;       // relative: sizes that are not lowered by more are as they were
+constexpr double kSameSize = 1e-6;  // relative: sizes that are not lowered by more are as they were
 
 // The triangle of the surface under each vertex.
 std::vector<int> triangles_under(const SurfaceMesh& mesh) {
@@ -99,7 +99,11 @@ class ChordErrorCheck {
     using Sizes = std::optional<std::vector<double>>;  // nothing: the mesh is good, or there is no more to do
 
     ChordErrorCheck(const Triangulation& surface, double chord_error, const ChordErrorOptions& options, ChordErrorResult& made)
-        : chord_error_(chord_error), options_(options), made_(made), proof_(reference_of(surface), chord_error), lowered_at_(kPlace * chord_error) {}
+        : chord_error_(chord_error),
+          options_(options),
+          made_(made),
+          proof_(reference_of(surface), chord_error),
+          lowered_at_(kPlace * chord_error) {}
 
     // Drafts are only sampled, and may have a few triangles that are too far off.
     Sizes check_draft(const SurfaceMesh& mesh) {
@@ -132,7 +136,8 @@ class ChordErrorCheck {
     }
 
     // At the corners of triangles that are too far off. @returns whether any size was lowered
-    bool lower_at(const SurfaceMesh& mesh, std::span<const TooFar> far, double least, std::span<const Vector3d> in_vain, std::vector<double>& sizes) {
+    bool lower_at(const SurfaceMesh& mesh, std::span<const TooFar> far, double least, std::span<const Vector3d> in_vain,
+                  std::vector<double>& sizes) {
         bool any = false;
         for (const TooFar& f : far) {
             const Triangle& corners = mesh.triangles[f.triangle];
@@ -168,10 +173,12 @@ class ChordErrorCheck {
     // Raises sizes beside frozen edges, where smaller elements are no way out. @returns whether any is still below that of the mesh
     static bool hold_frozen(const SurfaceMesh& mesh, std::vector<double>& sizes) {
         const Connectivity connectivity(static_cast<int>(mesh.points.size()), mesh.triangles);
-        std::vector<double> held = frozen_edge_lengths(mesh.points, connectivity, frozen_elements(mesh.points, connectivity, mesh.required));
+        std::vector<double> held =
+            frozen_edge_lengths(mesh.points, connectivity, frozen_elements(mesh.points, connectivity, mesh.required));
         for (double& length : held) length *= kLeastHeld;
         raise_to_held(make_mesh(mesh.points, mesh.triangles), held, kLeastHeld, sizes);
-        return !std::equal(sizes.begin(), sizes.end(), mesh.sizes.begin(), [](double now, double before) { return now > (1 - kSameSize) * before; });
+        return !std::equal(sizes.begin(), sizes.end(), mesh.sizes.begin(),
+                           [](double now, double before) { return now > (1 - kSameSize) * before; });
     }
 
     double chord_error_;
@@ -187,7 +194,8 @@ void check_arguments(double chord_error, const ChordErrorOptions& options) {
     if (!(options.hmin >= 0)) throw std::invalid_argument("remesh_within: hmin is " + std::to_string(options.hmin) + ", below 0");
     if (!options.gradation) return;
     gradient_bound(*options.gradation);  // throws for bad bounds
-    if (!options.gradation->required.empty()) throw std::invalid_argument("remesh_within: sizes are required at vertices of the map, which later meshes do not have");
+    if (!options.gradation->required.empty())
+        throw std::invalid_argument("remesh_within: sizes are required at vertices of the map, which later meshes do not have");
 }
 
 }  // namespace
@@ -199,7 +207,8 @@ SizingRule rule_within(double chord_error, SizingRule rule) {
     return rule;
 }
 
-ChordErrorResult remesh_within(const Triangulation& surface, const TriangulationBackground& map, double chord_error, const ChordErrorOptions& options) {
+ChordErrorResult remesh_within(const Triangulation& surface, const TriangulationBackground& map, double chord_error,
+                               const ChordErrorOptions& options) {
     check_arguments(chord_error, options);
     ChordErrorResult made;
     ChordErrorCheck checks(surface, chord_error, options, made);
@@ -209,7 +218,8 @@ ChordErrorResult remesh_within(const Triangulation& surface, const Triangulation
     };
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support({.largest_bulge = kShareOfBulge * chord_error});
-    made.result = remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, control, map.cells, options.remesh, recheck);
+    made.result =
+        remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, control, map.cells, options.remesh, recheck);
     return made;
 }
 

@@ -45,7 +45,8 @@ Mesh changed(const Mesh& mesh, std::mt19937& random, double size) {
     const auto any = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
     Mesh next = mesh;
     switch (random() % 4) {
-        case 0: break;
+        case 0:
+            break;
         case 1: {
             const Vector3d place = mesh.points[any(mesh.points.size())];
             std::uniform_real_distribution<double> offset(-0.3 * size, 0.3 * size);
@@ -109,7 +110,8 @@ TEST_CASE("a proof from mesh to mesh finds what the plain measure finds of each"
     Case made = case_of(kind);
     const Base base(made.surface);
     Mesh mesh = made.mesh;
-    const double size = triangulations::mean_edge(mesh), limit = share * measure_deviation(base.view(), mesh.view(), base.under(mesh)).largest();
+    const double size = triangulations::mean_edge(mesh),
+                 limit = share * measure_deviation(base.view(), mesh.view(), base.under(mesh)).largest();
     DeviationProof proof(base.view(), limit);
     std::mt19937 random(seed);
     int kept = 0, not_kept = 0;

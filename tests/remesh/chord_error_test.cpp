@@ -43,7 +43,8 @@ TEST_CASE("a sphere, a torus and a sharp box keep their chord error, measured in
     const Triangulation surface = surface_of(kind, {});
     const double chord_error = share * surface.diagonal();
     int checks = 0;
-    const ChordErrorResult made = within(surface, chord_error, {.hmax = surface.diagonal() / 5}, {.on_check = [&](const SurfaceMesh&) { ++checks; }});
+    const ChordErrorResult made =
+        within(surface, chord_error, {.hmax = surface.diagonal() / 5}, {.on_check = [&](const SurfaceMesh&) { ++checks; }});
     CHECK(made.kept);
     CHECK(deviation_of(surface, made.result.mesh) <= chord_error);
     CHECK(made.deviation.bound() >= deviation_of(surface, made.result.mesh));
@@ -51,7 +52,8 @@ TEST_CASE("a sphere, a torus and a sharp box keep their chord error, measured in
     CHECK(measure_deviation(surface, made.result.mesh).bound() <= 1.02 * chord_error);
     CHECK(checks > made.lowerings);
     CHECK(made.map.has_value() == (made.lowerings > 0));
-    if (made.map) CHECK(measure_gradation(make_mesh(made.map->points, made.map->triangles), made.map->sizes).shock_max <= kShock * (1 + 1e-9));
+    if (made.map)
+        CHECK(measure_gradation(make_mesh(made.map->points, made.map->triangles), made.map->sizes).shock_max <= kShock * (1 + 1e-9));
 }
 
 TEST_CASE("where sizes may not be small enough the chord error is not kept, and said so", "[property]") {
@@ -69,7 +71,8 @@ TEST_CASE("where sizes were too large they are lowered until the chord error is 
     const Triangulation surface = surface_of(0, {});
     const double chord_error = 2e-3;
     const std::vector<double> large(surface.soup().points.size(), 0.7);
-    const ChordErrorResult made = remesh_within(surface, make_background(surface, large), chord_error, {.gradation = GradationOptions{.shock = kShock}});
+    const ChordErrorResult made =
+        remesh_within(surface, make_background(surface, large), chord_error, {.gradation = GradationOptions{.shock = kShock}});
     CHECK(made.lowerings > 0);
     CHECK(made.kept);
     CHECK(deviation_of(surface, made.result.mesh) <= chord_error);
@@ -96,5 +99,6 @@ TEST_CASE("bad arguments of remesh_within are named", "[property]") {
     CHECK_THROWS_AS(remesh_within(surface, map, std::nan("")), std::invalid_argument);
     CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.hmin = -1}), std::invalid_argument);
     CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.gradation = GradationOptions{.shock = 0.5}}), std::invalid_argument);
-    CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.gradation = GradationOptions{.shock = 1.5, .required = {0}}}), std::invalid_argument);
+    CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.gradation = GradationOptions{.shock = 1.5, .required = {0}}}),
+                    std::invalid_argument);
 }

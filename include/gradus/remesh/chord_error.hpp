@@ -1,13 +1,14 @@
-/// Meshes a triangulated surface so that mesh and surface stay within a chord error of each other, everywhere and both ways.
+/// Meshes a triangulated surface so that mesh and surface stay within a chord error of each other, everywhere and both ways. The one
+/// header of this room that sees quality, since what is measured drives it.
 #pragma once
+
+#include <functional>
+#include <optional>
 
 #include "gradus/control/triangulation.hpp"
 #include "gradus/gradation/grade.hpp"
 #include "gradus/quality/deviation.hpp"
 #include "gradus/remesh/triangulated.hpp"
-
-#include <functional>
-#include <optional>
 
 namespace gradus {
 
@@ -49,7 +50,8 @@ struct ChordErrorResult {
 /// @throws std::invalid_argument if the chord error is not positive or hmin is negative, and for the gradation as grade does or where
 ///         sizes are required
 /// @throws std::length_error as remesh does
-ChordErrorResult remesh_within(const Triangulation& surface, const TriangulationBackground& map, double chord_error, const ChordErrorOptions& options = {});
+ChordErrorResult remesh_within(const Triangulation& surface, const TriangulationBackground& map, double chord_error,
+                               const ChordErrorOptions& options = {});
 
 /// The deviation of a mesh of the surface, as remesh makes them, without a limit.
 Deviation measure_deviation(const Triangulation& surface, const SurfaceMesh& mesh);
