@@ -156,7 +156,7 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     made.gradation = mesh->gradation;
     made.surface = text_of(options.in, *surface);
     made.note = text_of(mesh->result.mesh.required, options.out) + text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
-    made.met = mesh->kept();
+    made.met = mesh->kept;
     made.json = json_of(*surface);
     made.json.update(json_of(*mesh));
     made.json["fields"] = json_of(fields, options.out);

@@ -1,4 +1,4 @@
-/// From a triangulation to its mesh: the stages, and the check that a chord error asked for is kept.
+/// From a triangulation to its mesh, stage by stage.
 #pragma once
 
 #include <memory>
@@ -6,8 +6,7 @@
 
 #include "gradus/control/triangulation.hpp"
 #include "gradus/gradation/grade.hpp"
-#include "gradus/quality/hausdorff.hpp"
-#include "gradus/remesh/triangulated.hpp"
+#include "gradus/remesh/chord_error.hpp"
 #include "json.hpp"
 #include "options.hpp"
 #include "session.hpp"
@@ -29,13 +28,6 @@ void check_for_patches(const TriangulationChoice& choice);
 /// The triangulation of a file, sound and oriented, with what it and the options require to be kept. @throws IoError, Failure naming the file and what is wrong with it
 std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const TriangulationChoice& choice, const SizingOptions& sizing, const Session& session);
 
-/// Two-sided distance between a mesh and the triangulation it stands for.
-struct Deviation {
-    OneSidedDistance from_input, from_mesh;
-    double largest() const { return std::max(from_input.largest, from_mesh.largest); }
-    double bound() const { return std::max(from_input.bound, from_mesh.bound); }
-};
-
 struct TriangulatedMesh {
     RemeshResult result;
     std::size_t background_vertices = 0;
@@ -43,7 +35,7 @@ struct TriangulatedMesh {
     Deviation deviation;
     int refinements = 0;                 ///< how often sizes were lowered where the chord error was not kept
     std::optional<double> chord_error;   ///< asked for
-    bool kept() const { return !chord_error || deviation.bound() <= *chord_error; }
+    bool kept = true;                    ///< the chord error, where one was asked for
 };
 
 /// Sizes instead of those by a rule.
@@ -55,7 +47,7 @@ struct GivenSizes {
 /// As the command line names them. @throws Failure naming the file
 GivenSizes read_given_sizes(const std::string& sizes, const std::string& background, const Triangulation& surface);
 
-/// Sizes by the rule, graded, meshed; with a rule by chord error both surfaces stay within it of each other, else kept() is false.
+/// Sizes by the rule, graded, meshed; with a rule by chord error both surfaces stay within it of each other, else kept is false.
 /// @param given  in place of the rule's, where there are any
 TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRule& rule, const GivenSizes& given,
                                     const std::optional<GradationOptions>& gradation, const RemeshOptions& options, bool hmin_given, Stages& stages);

@@ -2,23 +2,19 @@
 /// holes and handles.
 #pragma once
 
-#include <algorithm>
 #include <optional>
 #include <vector>
 
+#include "gradus/quality/deviation.hpp"
 #include "gradus/quality/distance.hpp"
-#include "gradus/quality/hausdorff.hpp"
 #include "gradus/quality/topology.hpp"
 
 namespace gradus {
 
 /// Two-sided (Hausdorff) distance between two surfaces.
-struct HausdorffReport {
+struct HausdorffReport : Deviation {
     double diagonal = 0;  ///< of the box around the reference: unit of length
-    OneSidedDistance from_mesh, from_reference;
 
-    double largest() const { return std::max(from_mesh.largest, from_reference.largest); }  ///< attained
-    double bound() const { return std::max(from_mesh.bound, from_reference.bound); }        ///< no point is farther
     double relative_bound() const { return diagonal > 0 ? bound() / diagonal : bound(); }   ///< over the diagonal
     /// Where the largest distance is: a point of the surface that is that far from the other one.
     const Eigen::Vector3d& point() const { return from_mesh.largest >= from_reference.largest ? from_mesh.point : from_reference.point; }

@@ -1,0 +1,59 @@
+/// Meshes a triangulated surface so that mesh and surface stay within a chord error of each other, everywhere and both ways. The one
+/// header of this room that sees quality, since what is measured drives it.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "gradus/control/triangulation.hpp"
+#include "gradus/gradation/grade.hpp"
+#include "gradus/quality/deviation.hpp"
+#include "gradus/remesh/triangulated.hpp"
+
+namespace gradus {
+
+/// A rule for the sizes to begin with. Triangles are farther from the surface than their edges are, so edges are to keep a part of the
+/// chord error only; and they are to turn little where a round is smaller than it.
+/// @param chord_error  unit of length, > 0
+/// @param rule         what else holds: hmin, hmax and so on; its kind, value and most_turn are replaced
+SizingRule rule_within(double chord_error, SizingRule rule = {});
+
+struct ChordErrorOptions {
+    std::optional<GradationOptions> gradation = {};  ///< that sizes have, and have again once they were lowered; without required sizes
+    double hmin = 0;                                 ///< sizes are lowered no farther, unit of length, >= 0
+    RemeshOptions remesh = {};
+    std::function<void(const SurfaceMesh&)> on_check = {};  ///< called with each mesh that is going to be checked
+};
+
+/// A size map with the mesh it is on.
+struct LoweredMap {
+    std::vector<Eigen::Vector3d> points;
+    std::vector<Triangle> triangles;
+    std::vector<double> sizes;
+};
+
+struct ChordErrorResult {
+    RemeshResult result;
+    Deviation deviation;  ///< of result.mesh, as proved by DeviationProof
+    bool kept = false;    ///< no point of either surface is farther than the chord error from the other
+    int lowerings = 0;    ///< how often sizes were lowered
+    /// The map after the last of them, graded; sizes beside frozen edges were raised from there. Only where it is graded.
+    std::optional<LoweredMap> map;
+};
+
+/// Meshes with the sizes of a map, proves the deviation, lowers sizes where it is above the chord error, and so on until it is nowhere.
+/// It gives up, with `kept` false, where sizes are at hmin, beside frozen edges, or where lower ones broke the mesh or were of no use.
+/// The smooth surface that is meshed is kept close to the triangulation. Distances are measured on all threads there are; the result is
+/// the same for any number.
+/// @param map          moved in, it is freed early; sizes to begin with, best by rule_within, graded, and raised beside frozen edges (see raise_to_held)
+/// @param chord_error  unit of length, > 0
+/// @throws std::invalid_argument if the chord error is not positive or hmin is negative, and for the gradation as grade does or where
+///         sizes are required
+/// @throws std::length_error as remesh does
+ChordErrorResult remesh_within(const Triangulation& surface, TriangulationBackground map, double chord_error,
+                               const ChordErrorOptions& options = {});
+
+/// The deviation of a mesh of the surface, as remesh makes them, without a limit.
+Deviation measure_deviation(const Triangulation& surface, const SurfaceMesh& mesh);
+
+}  // namespace gradus

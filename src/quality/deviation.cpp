@@ -1,0 +1,151 @@
+#include "gradus/quality/deviation.hpp"
+
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+namespace gradus {
+
+namespace {
+
+using Eigen::Vector3d;
+
+// Of distances beyond the limit, by which sizes are lowered: they need no better.
+constexpr double kPrecision = 0.1;
+// Over the distance of a point: the triangle that leaves a place out is not always the one closest to it.
+constexpr double kAlmostClosest = 1.3;
+
+void check_under(const char* function, const MeshView& mesh, std::span<const int> under) {
+    if (under.size() != mesh.points.size())
+        throw std::invalid_argument(std::string(function) + ": " + std::to_string(under.size()) + " triangles under " +
+                                    std::to_string(mesh.points.size()) + " vertices");
+}
+
+// For each vertex of the reference a triangle of a mesh near it, or -1: those at the mesh's vertices, spread over the reference.
+std::vector<int> triangles_over(const Connectivity& reference, const MeshView& mesh, std::span<const int> under) {
+    std::vector<int> over(reference.num_vertices(), -1), queue;
+    queue.reserve(over.size());
+    const auto reach = [&](int vertex, int triangle) {
+        if (over[vertex] < 0) over[vertex] = triangle, queue.push_back(vertex);
+    };
+    for (int t = 0; t < std::ssize(mesh.triangles); ++t)
+        for (const int v : mesh.triangles[t])
+            if (under[v] >= 0)
+                for (const int corner : reference.triangle(under[v])) reach(corner, t);
+    for (std::size_t i = 0; i < queue.size(); ++i)
+        reference.for_each_outgoing(queue[i], [&](int h) {
+            reach(reference.target(h), over[queue[i]]);
+            reach(reference.apex(h), over[queue[i]]);
+        });
+    return over;
+}
+
+// For each point of one mesh a vertex of another that is exactly there, or -1.
+std::vector<int> same_points(std::span<const Vector3d> from, std::span<const Vector3d> to) {
+    const auto before = [](const Vector3d& a, const Vector3d& b) {
+        return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+    };
+    std::vector<int> sorted(to.size());
+    std::iota(sorted.begin(), sorted.end(), 0);
+    std::sort(sorted.begin(), sorted.end(), [&](int a, int b) { return before(to[a], to[b]); });
+    std::vector<int> same(from.size(), -1);
+    for (std::size_t v = 0; v < from.size(); ++v) {
+        const auto at = std::lower_bound(sorted.begin(), sorted.end(), from[v], [&](int a, const Vector3d& p) { return before(to[a], p); });
+        if (at != sorted.end() && to[*at] == from[v]) same[v] = *at;
+    }
+    return same;
+}
+
+// The same triangle from its smallest vertex on.
+Triangle from_smallest(Triangle t) {
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    return t;
+}
+
+// For each triangle of one mesh that with the same corners, bit for bit, in another, or -1.
+std::vector<int> same_triangles(const MeshView& from, const MeshView& to) {
+    std::vector<int> same(from.triangles.size(), -1);
+    if (from.triangles.empty()) return same;
+    // The other mesh's triangles by their smallest vertex: those of vertex v are filed[first[v]] ... filed[first[v + 1] - 1].
+    std::vector<int> first(to.points.size() + 1, 0), filed(to.triangles.size());
+    for (const Triangle& t : to.triangles) ++first[from_smallest(t)[0] + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<int> next(first.begin(), first.end() - 1);
+    for (int t = 0; t < std::ssize(to.triangles); ++t) filed[next[from_smallest(to.triangles[t])[0]]++] = t;
+
+    const std::vector<int> vertex = same_points(from.points, to.points);
+    for (std::size_t i = 0; i < same.size(); ++i) {
+        const auto& [a, b, c] = from.triangles[i];
+        if (vertex[a] < 0 || vertex[b] < 0 || vertex[c] < 0) continue;
+        const Triangle wanted = from_smallest({vertex[a], vertex[b], vertex[c]});
+        for (int k = first[wanted[0]]; k < first[wanted[0] + 1]; ++k)
+            if (from_smallest(to.triangles[filed[k]]) == wanted) same[i] = filed[k];
+    }
+    return same;
+}
+
+// Whether all witnesses are still there. They take their new numbers as far as they are.
+bool take_numbers(Witnesses& witnesses, const std::vector<int>& now) {
+    for (int i = 0; i < witnesses.size && witnesses.proved; ++i) witnesses.proved = (witnesses[i] = now[witnesses[i]]) >= 0;
+    return witnesses.proved;
+}
+
+}  // namespace
+
+Deviation measure_deviation(const ReferenceView& reference, const MeshView& mesh, std::span<const int> under, double precision) {
+    check_under("measure_deviation", mesh, under);
+    return {DistanceTarget(reference.surface).measure_from(mesh, {.precision = precision, .near = under}),
+            DistanceTarget(mesh).measure_from(reference.surface,
+                                              {.precision = precision, .near = triangles_over(reference.connectivity, mesh, under)})};
+}
+
+DeviationProof::DeviationProof(const ReferenceView& reference, double limit)
+    : reference_(reference), limit_(limit), target_(reference.surface), witnesses_(reference.surface.triangles.size()) {
+    if (!(limit > 0)) throw std::invalid_argument("DeviationProof: limit is " + std::to_string(limit) + ", not above 0");
+}
+
+ProvedDeviation DeviationProof::prove(const MeshView& mesh, std::span<const int> under) {
+    check_under("DeviationProof::prove", mesh, under);
+    const DistanceTarget target(mesh);
+    const std::vector<int> now = same_triangles({points_, triangles_}, mesh);
+    ProvedDeviation proved;
+    proved.deviation.from_mesh = prove_from_mesh(mesh, under, now);
+    proved.deviation.from_reference = prove_from_reference(mesh, target, under, now);
+    points_.assign(mesh.points.begin(), mesh.points.end());
+    triangles_.assign(mesh.triangles.begin(), mesh.triangles.end());
+    proved.at_fault = proved.deviation.from_mesh.beyond;
+    for (const TooFar& f : proved.deviation.from_reference.beyond)
+        for (const int t : target.within(f.point, kAlmostClosest * f.distance))
+            proved.at_fault.push_back({t, f.distance, f.point, f.triangle});
+    return proved;
+}
+
+// @param now  for each triangle of the last mesh its number in this one, or -1
+OneSidedDistance DeviationProof::prove_from_mesh(const MeshView& mesh, std::span<const int> under, const std::vector<int>& now) {
+    std::vector<char> kept(mesh.triangles.size(), 0);
+    for (std::size_t t = 0; t < now.size(); ++t)
+        if (now[t] >= 0 && kept_[t]) kept[now[t]] = 1;
+    OneSidedDistance found = target_.measure_from(mesh, {.limit = limit_, .precision = kPrecision, .near = under, .skip = kept});
+    kept_.assign(mesh.triangles.size(), 1);
+    for (const TooFar& f : found.beyond) kept_[f.triangle] = 0;
+    include_proved_before(found);
+    return found;
+}
+
+OneSidedDistance DeviationProof::prove_from_reference(const MeshView& mesh, const DistanceTarget& target, std::span<const int> under,
+                                                      const std::vector<int>& now) {
+    std::vector<char> kept(witnesses_.size());
+    for (std::size_t t = 0; t < kept.size(); ++t) kept[t] = take_numbers(witnesses_[t], now);
+    const std::vector<int> over = triangles_over(reference_.connectivity, mesh, under);
+    OneSidedDistance found = target.measure_from(
+        reference_.surface, {.limit = limit_, .precision = kPrecision, .near = over, .skip = kept, .witnesses = witnesses_});
+    include_proved_before(found);
+    return found;
+}
+
+void DeviationProof::include_proved_before(OneSidedDistance& found) {
+    bound_of_proved_ = std::max(bound_of_proved_, std::min(limit_, found.bound));
+    found.bound = std::max(found.bound, bound_of_proved_);
+}
+
+}  // namespace gradus

@@ -1,0 +1,241 @@
+#include "gradus/remesh/chord_error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "gradus/gradation/gradient.hpp"
+#include "gradus/gradation/hold.hpp"
+
+namespace gradus {
+
+namespace {
+
+using Eigen::Vector3d;
+
+// -- Sizes to begin with --
+constexpr double kShareOfEdges = 0.4;  // of the chord error, for the gap over edges: triangles are farther off than their edges
+constexpr double kMostTurn = std::numbers::pi / 3;  // of a curve no larger than the chord error, within one edge
+constexpr double kShareOfBulge = 0.2;               // of the chord error, for the smooth surface over the triangulation
+
+// -- When to stop --
+constexpr int kMostDrafts = 3;
+constexpr int kMostLowerings = 24;
+constexpr int kMostAtOnePlace = 8;    // what eight times did not mend there, smaller sizes will not
+constexpr int kMostInVain = 4;        // meshes in a row that are no better than those before
+constexpr double kProgress = 0.95;    // of the smallest deviation so far: what counts as better
+constexpr double kSampleShare = 0.9;  // of the chord error, for the samples of triangles that are likely to keep it
+constexpr double kFewFar = 0.01;      // of the triangles, that may be too far off in a draft: the final schedule changes as much
+
+// -- How far to lower sizes --
+constexpr double kGoal = 0.8;            // of the chord error: what just keeps it would not after the next smoothing
+constexpr double kSteepest = 0.35;       // least factor: distances far above the limit say little
+constexpr double kLeastInDrafts = 0.85;  // largest factors: less of a change is none
+constexpr double kLeast = 0.75;
+constexpr double kPlace = 4;   // width of a place over the chord error
+constexpr double kAround = 3;  // sizes around a place where lower ones broke the mesh
+// Of the length of frozen edges, and slope from there, down to which sizes go: edges of half that length still count as unit beside them.
+constexpr double kLeastHeld = 0.6;
+constexpr double kSameSize = 1e-6;  // relative: sizes that are not lowered by more are as they were
+
+// The triangle of the surface under each vertex.
+std::vector<int> triangles_under(const SurfaceMesh& mesh) {
+    std::vector<int> under;
+    under.reserve(mesh.places.size());
+    for (const SurfacePoint& at : mesh.places) under.push_back(at.patch);
+    return under;
+}
+
+MeshView view_of(const SurfaceMesh& mesh) { return {mesh.points, mesh.triangles}; }
+
+ReferenceView reference_of(const Triangulation& surface) { return {{surface.soup().points, surface.soup().triangles}, surface.mesh()}; }
+
+// Counts the rounds in which something was done at each place, a cube of some width.
+class RoundsAtPlaces {
+  public:
+    explicit RoundsAtPlaces(double width) : width_(width) {}
+
+    // Counts a round once, however often it is told. @returns the number of rounds at that place
+    int count(const Vector3d& p, int round) {
+        Rounds& rounds = at_[{std::lround(p.x() / width_), std::lround(p.y() / width_), std::lround(p.z() / width_)}];
+        if (rounds.last < round) rounds = {round, rounds.number + 1};
+        return rounds.number;
+    }
+
+  private:
+    struct Rounds {
+        int last = -1, number = 0;
+    };
+    double width_;
+    std::map<std::array<long, 3>, Rounds> at_;
+};
+
+// Tells when meshes do not become better any more.
+class Progress {
+  public:
+    // @returns false after too many meshes in a row with neither fewer triangles at fault nor a smaller deviation
+    bool goes_on(std::size_t at_fault, double deviation) {
+        const bool better = at_fault < fewest_ || deviation < kProgress * smallest_;
+        fewest_ = std::min(fewest_, at_fault);
+        smallest_ = std::min(smallest_, deviation);
+        in_vain_ = better ? 0 : in_vain_ + 1;
+        return in_vain_ < kMostInVain;
+    }
+
+  private:
+    std::size_t fewest_ = std::numeric_limits<std::size_t>::max();
+    double smallest_ = std::numeric_limits<double>::infinity();
+    int in_vain_ = 0;
+};
+
+// Checks the meshes that remesh comes to, and says with what sizes to go on.
+class ChordErrorCheck {
+  public:
+    using Sizes = std::optional<std::vector<double>>;  // nothing: the mesh is good, or there is no more to do
+
+    ChordErrorCheck(const Triangulation& surface, double chord_error, const ChordErrorOptions& options, ChordErrorResult& made)
+        : surface_(surface), chord_error_(chord_error), options_(options), made_(made), lowered_at_(kPlace * chord_error) {}
+
+    // Drafts are only sampled, and may have a few triangles that are too far off.
+    Sizes check_draft(const SurfaceMesh& mesh) {
+        if (made_.lowerings == kMostDrafts) return std::nullopt;
+        const std::vector<TooFar> far = proof().target().sample_from(view_of(mesh), kSampleShare * chord_error_, triangles_under(mesh));
+        if (static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size())) return std::nullopt;
+        return lower_sizes(mesh, far, kLeastInDrafts, {});
+    }
+
+    // What may be the last mesh is proved.
+    Sizes check(const SurfaceMesh& mesh, std::span<const Vector3d> in_vain) {
+        const ProvedDeviation proved = proof().prove(view_of(mesh), triangles_under(mesh));
+        made_.deviation = proved.deviation;
+        made_.kept = proved.deviation.bound() <= chord_error_;
+        if (proved.at_fault.empty() || !progress_.goes_on(proved.at_fault.size(), proved.deviation.bound())) return std::nullopt;
+        return lower_sizes(mesh, proved.at_fault, kLeast, in_vain);
+    }
+
+  private:
+    // Made when it is asked for: the mesh that begins with the triangles of the surface has fewer by then.
+    DeviationProof& proof() {
+        if (!proof_) proof_.emplace(reference_of(surface_), chord_error_);
+        return *proof_;
+    }
+
+    Sizes lower_sizes(const SurfaceMesh& mesh, std::span<const TooFar> far, double least, std::span<const Vector3d> in_vain) {
+        if (made_.lowerings == kMostLowerings) return std::nullopt;
+        std::vector<double> sizes = mesh.sizes;
+        if (!lower_at(mesh, far, least, in_vain, sizes)) return std::nullopt;
+        if (options_.gradation) grade_again(mesh, sizes);
+        std::vector<double> graded = sizes;
+        if (!mesh.required.empty() && !hold_frozen(mesh, sizes)) return std::nullopt;
+        if (options_.gradation) made_.map = {mesh.points, mesh.triangles, std::move(graded)};
+        ++made_.lowerings;
+        return sizes;
+    }
+
+    // At the corners of triangles that are too far off. @returns whether any size was lowered
+    bool lower_at(const SurfaceMesh& mesh, std::span<const TooFar> far, double least, std::span<const Vector3d> in_vain,
+                  std::vector<double>& sizes) {
+        bool any = false;
+        for (const TooFar& f : far) {
+            const Triangle& corners = mesh.triangles[f.triangle];
+            if (is_near(in_vain, mesh.points[corners[0]], kAround * mesh.sizes[corners[0]])) continue;
+            const int times = lowered_at_.count(f.point, made_.lowerings);
+            if (times > kMostAtOnePlace) continue;
+            const double factor = factor_for(f.distance, times, least);
+            for (const int v : corners) {
+                const double size = std::max(factor * mesh.sizes[v], options_.hmin);
+                if (size < sizes[v]) sizes[v] = size, any = true;
+            }
+        }
+        return any;
+    }
+
+    // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones, where that did not do.
+    double factor_for(double distance, int times, double least) const {
+        const double power = times == 1 || made_.lowerings < kMostDrafts ? 0.5 : 1;
+        return std::clamp(std::pow(kGoal * chord_error_ / std::max(distance, chord_error_), power), kSteepest, least);
+    }
+
+    static bool is_near(std::span<const Vector3d> places, const Vector3d& p, double reach) {
+        return std::any_of(places.begin(), places.end(), [&](const Vector3d& q) { return (q - p).norm() < reach; });
+    }
+
+    // A bound on triangles holds on their edges too, so Full needs no more, and no TriMesh, which takes long to build.
+    void grade_again(const SurfaceMesh& mesh, std::vector<double>& sizes) const {
+        const GradationOptions& gradation = *options_.gradation;
+        if (gradation.method == GradationMethod::Full) limit_gradient(mesh.points, mesh.triangles, gradient_bound(gradation), sizes);
+        else grade(make_mesh(mesh.points, mesh.triangles), sizes, gradation);
+    }
+
+    // Raises sizes beside frozen edges, where smaller elements are no way out. @returns whether any is still below that of the mesh
+    static bool hold_frozen(const SurfaceMesh& mesh, std::vector<double>& sizes) {
+        const Connectivity connectivity(static_cast<int>(mesh.points.size()), mesh.triangles);
+        std::vector<double> held =
+            frozen_edge_lengths(mesh.points, connectivity, frozen_elements(mesh.points, connectivity, mesh.required));
+        for (double& length : held) length *= kLeastHeld;
+        raise_to_held(make_mesh(mesh.points, mesh.triangles), held, kLeastHeld, sizes);
+        return !std::equal(sizes.begin(), sizes.end(), mesh.sizes.begin(),
+                           [](double now, double before) { return now > (1 - kSameSize) * before; });
+    }
+
+    const Triangulation& surface_;
+    double chord_error_;
+    const ChordErrorOptions& options_;
+    ChordErrorResult& made_;
+    std::optional<DeviationProof> proof_;
+    Progress progress_;
+    RoundsAtPlaces lowered_at_;
+};
+
+void check_arguments(double chord_error, const ChordErrorOptions& options) {
+    if (!(chord_error > 0)) throw std::invalid_argument("remesh_within: chord error is " + std::to_string(chord_error) + ", not above 0");
+    if (!(options.hmin >= 0)) throw std::invalid_argument("remesh_within: hmin is " + std::to_string(options.hmin) + ", below 0");
+    if (!options.gradation) return;
+    gradient_bound(*options.gradation);  // throws for bad bounds
+    if (!options.gradation->required.empty())
+        throw std::invalid_argument("remesh_within: sizes are required at vertices of the map, which later meshes do not have");
+}
+
+}  // namespace
+
+SizingRule rule_within(double chord_error, SizingRule rule) {
+    rule.kind = SizingRule::Kind::ChordError;
+    rule.value = kShareOfEdges * chord_error;
+    rule.most_turn = kMostTurn;
+    return rule;
+}
+
+ChordErrorResult remesh_within(const Triangulation& surface, TriangulationBackground map, double chord_error,
+                               const ChordErrorOptions& options) {
+    check_arguments(chord_error, options);
+    ChordErrorResult made;
+    ChordErrorCheck checks(surface, chord_error, options, made);
+    auto control = std::make_unique<const ControlSpace>(map.background, map.sizes);
+    // Large, and of no use any more: the mesh of the background, and its sizes once there are others.
+    map.background.mesh = {};
+    map.sizes = {};
+    bool has_other_sizes = false;
+    const auto recheck = [&](const SurfaceMesh& mesh, MeshStage stage, std::span<const Vector3d> in_vain) {
+        if (options.on_check) options.on_check(mesh);
+        if (has_other_sizes) control.reset();
+        auto sizes = stage == MeshStage::Draft ? checks.check_draft(mesh) : checks.check(mesh, in_vain);
+        has_other_sizes = has_other_sizes || sizes;
+        return sizes;
+    };
+    const SmoothSupport support = surface.support({.largest_bulge = kShareOfBulge * chord_error});
+    made.result =
+        remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, *control, map.cells, options.remesh, recheck);
+    return made;
+}
+
+Deviation measure_deviation(const Triangulation& surface, const SurfaceMesh& mesh) {
+    return measure_deviation(reference_of(surface), view_of(mesh), triangles_under(mesh));
+}
+
+}  // namespace gradus
