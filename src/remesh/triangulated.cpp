@@ -195,57 +195,61 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
     const auto on_edge = [&](int h, double s) { return Vector3d((1 - s) * points[mesh.origin(h)] + s * points[mesh.target(h)]); };
     const auto is_cut = [&](int h) { return (height(mesh.origin(h)) >= 0) != (height(mesh.target(h)) >= 0); };
 
+    goals_.clear();
+    for_each_holder(b, [&](int triangle, const Weights&) { goals_.push_back(triangle); });
+    const auto is_goal = [&](int triangle) { return std::find(goals_.begin(), goals_.end(), triangle) != goals_.end(); };
+    // Follows the section across half-edge h and on. @returns its length where it leads to the goal
+    const auto follow = [&](int h) -> std::optional<double> {
+        section_.clear();
+        Vector3d here = from;
+        for (double length = 0; length <= most;) {
+            const Vector3d next = on_edge(h, cut(h));
+            if (section_.empty() && (next - from).dot(along) <= 0) return std::nullopt;
+            length += (next - here).norm();
+            section_.push_back({h / 3, here});
+            here = next;
+            const int g = mesh.twin(h);
+            if (mesh.tag(h) >= 0 || g < 0) return std::nullopt;
+            if (is_goal(g / 3)) {
+                section_.push_back({g / 3, here});
+                length += (to - here).norm();
+                return length <= most ? std::optional(length) : std::nullopt;
+            }
+            h = is_cut(Connectivity::next(g)) ? Connectivity::next(g) : Connectivity::prev(g);
+        }
+        return std::nullopt;
+    };
+    // The point half way along the section, and its triangle.
+    const auto half_way = [&](double length) {
+        double left = length / 2;
+        Vector3d end = to;
+        auto part = section_.rbegin();
+        for (; part + 1 != section_.rend() && (end - part->begin).norm() < left; ++part) {
+            left -= (end - part->begin).norm();
+            end = part->begin;
+        }
+        const double l = (end - part->begin).norm();
+        return std::pair(part->triangle, l > 0 ? Vector3d(end + std::min(1.0, left / l) * (part->begin - end)) : end);
+    };
+
     // Of the sections that reach the goal the one that looks up where it is half way.
     double best = 0;
     std::optional<Place> middle;
     const auto offer = [&](int triangle, const Vector3d& p) {
-        const Triangle v = mesh.triangle(triangle);
-        const Vector3d n = (points[v[1]] - points[v[0]]).cross(points[v[2]] - points[v[0]]);
-        const double looks_up = n.normalized().dot(up);
+        const double looks_up = surface_.facet_normal(triangle).dot(up);
         if (!(looks_up > best)) return;
         best = looks_up;
         const auto closest = surface_.within(triangle, p);
         middle = {{triangle, {closest.b, closest.c}}, -1, 0, a.cell};
     };
-    goals_.clear();
-    for_each_holder(b, [&](int triangle, const Weights&) { goals_.push_back(triangle); });
-    const auto is_goal = [&](int triangle) { return std::find(goals_.begin(), goals_.end(), triangle) != goals_.end(); };
     for_each_holder(a, [&](int first, const Weights& w) {
         if (is_goal(first)) return offer(first, (from + to) / 2);
         for (int k = 0; k < 3; ++k) {
-            int h = 3 * first + (k + 1) % 3;
+            const int h = 3 * first + (k + 1) % 3;
             if (w[k] == 0 || !is_cut(h)) continue;
-            // From here on triangle after triangle.
-            section_.clear();
-            Vector3d here = from;
-            double length = 0;
-            while (true) {
-                const Vector3d next = on_edge(h, cut(h));
-                if (section_.empty() && (next - from).dot(along) <= 0) break;
-                length += (next - here).norm();
-                section_.push_back({h / 3, here});
-                here = next;
-                if (mesh.tag(h) >= 0 || mesh.twin(h) < 0 || length > most) break;
-                const int g = mesh.twin(h);
-                if (is_goal(g / 3)) {
-                    length += (to - here).norm();
-                    if (length > most) break;
-                    section_.push_back({g / 3, here});
-                    // Back to the part with the middle.
-                    double left = length / 2;
-                    Vector3d end = to;
-                    for (auto part = section_.rbegin(); part != section_.rend(); ++part) {
-                        const double l = (end - part->begin).norm();
-                        if (left <= l || part + 1 == section_.rend()) {
-                            offer(part->triangle, l > 0 ? Vector3d(end + std::min(1.0, left / l) * (part->begin - end)) : end);
-                            break;
-                        }
-                        left -= l;
-                        end = part->begin;
-                    }
-                    break;
-                }
-                h = is_cut(Connectivity::next(g)) ? Connectivity::next(g) : Connectivity::prev(g);
+            if (const auto length = follow(h)) {
+                const auto [triangle, p] = half_way(*length);
+                offer(triangle, p);
             }
         }
     });
