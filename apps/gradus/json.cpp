@@ -76,6 +76,10 @@ Json json_of(const MeshReport& report) { return Json::parse(to_json(report, -1))
 
 Json json_of(const OffenderReport& report) { return Json::parse(to_json(report, -1)); }
 
+Json json_of(const RequiredElements& required) {
+    return {{"vertices", required.vertices.size()}, {"edges", required.edges.size()}, {"triangles", required.triangles.size()}};
+}
+
 Json json_of(const std::vector<StageTime>& stages) {
     Json json = Json::array();
     for (const StageTime& stage : stages) json.push_back({{"name", stage.name}, {"seconds", stage.seconds}});

@@ -18,6 +18,7 @@ Json json_of(const GradationReport& report);
 Json json_of(const GradationOptions& options, const GradationResult& result);
 Json json_of(const MeshReport& report);
 Json json_of(const OffenderReport& report);
+Json json_of(const RequiredElements& required);  // how many
 Json json_of(const std::vector<StageTime>& stages);
 Json json_of(const std::vector<RepairStep>& steps);
 

@@ -11,23 +11,13 @@
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/required_file.hpp"
 #include "gradus/mesh/diagnose.hpp"
+#include "gradus/mesh/labels.hpp"
 
 namespace gradus::app {
 
 namespace {
 
 constexpr double kFinest = 0.1;  // of the default hmin, down to which sizes go to keep a chord error
-
-std::string labels_there(const TriangleSoup& soup) {
-    constexpr int kMost = 20;
-    const std::set<int> labels(soup.labels.begin(), soup.labels.end());
-    if (labels.empty()) return "there are none";
-    std::string text = "its labels are";
-    int count = 0;
-    for (const int label : labels)
-        if (count++ < kMost) text += fmt::format("{}{}", count > 1 ? ", " : " ", label);
-    return count > kMost ? fmt::format("{} and more, up to {}", text, *labels.rbegin()) : text;
-}
 
 template <class Item>
 void append(std::vector<Item>& to, const std::vector<Item>& items) {
@@ -45,7 +35,7 @@ void add_required(const std::string& path, const TriangulationChoice& choice, Tr
             found = true;
             if (known.insert(t).second) required.triangles.push_back(t);
         }
-        if (!found) throw Failure(fmt::format("{}: --freeze {}: no triangle has that label; {}", path, label, labels_there(soup)));
+        if (!found) throw Failure(fmt::format("{}: --freeze {}: no triangle has that label; {}", path, label, labels_there(soup.labels)));
     }
     if (choice.freeze_list.empty()) return;
     const RequiredElements list = read_required(choice.freeze_list, soup.points.size(), soup.triangles.size());
@@ -188,10 +178,6 @@ std::string text_of(const RequiredElements& required, const std::vector<std::str
     for (const std::string& path : outputs)
         if (!marks_required(path)) text += fmt::format("; {} does not mark them, .mesh and .meshb do", path);
     return text + "\n";
-}
-
-Json json_of(const RequiredElements& required) {
-    return {{"vertices", required.vertices.size()}, {"edges", required.edges.size()}, {"triangles", required.triangles.size()}};
 }
 
 Json json_of(const Triangulation& surface) {

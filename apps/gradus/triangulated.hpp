@@ -58,7 +58,6 @@ std::string text_of(const std::string& path, const Triangulation& surface);
 std::string text_of(const TriangulatedMesh& mesh, double diagonal);
 /// A line on the required elements and the outputs that mark them; empty where there are none.
 std::string text_of(const RequiredElements& required, const std::vector<std::string>& outputs);
-Json json_of(const RequiredElements& required);
 Json json_of(const Triangulation& surface);
 Json json_of(const TriangulatedMesh& mesh);
 

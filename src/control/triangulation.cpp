@@ -13,6 +13,7 @@
 
 #include "gradus/control/clearance.hpp"
 #include "gradus/control/control_space.hpp"
+#include "gradus/mesh/labels.hpp"
 #include "gradus/mesh/closest.hpp"
 
 namespace gradus {
@@ -154,16 +155,6 @@ class Bounds {
     }
 
   private:
-    static std::string labels_there(std::vector<int> labels) {
-        constexpr std::size_t kMost = 20;
-        if (labels.empty()) return "there are none";
-        std::sort(labels.begin(), labels.end());
-        labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
-        std::string text = "its labels are";
-        for (std::size_t i = 0; i < std::min(kMost, labels.size()); ++i) text += (i > 0 ? ", " : " ") + std::to_string(labels[i]);
-        return labels.size() > kMost ? text + " and more, up to " + std::to_string(labels.back()) : text;
-    }
-
     template <class Find>
     void lower(Bound& bound, double fraction, const Find& find) const {
         if (fraction == 0 || bound.size <= rule_.hmin) return;

@@ -213,22 +213,13 @@ class Finder {
         return std::atan2(n.cross(m).norm(), n.dot(m));
     }
 
-    // Sum and number of the turns at the sides of the two triangles of h that are no features.
-    std::pair<double, int> turns_beside(int h) const {
+    // Mean turn at the other sides of the triangles of some half-edges, as far as these sides are no features; nothing where all are.
+    std::optional<double> turn_beside(std::initializer_list<int> halfedges) const {
         double sum = 0;
         int count = 0;
-        for (const int side : {h, mesh_.twin(h)})
-            for (const int e : {Connectivity::next(side), Connectivity::prev(side)})
+        for (const int h : halfedges)
+            for (const int e : {Connectivity::next(h), Connectivity::prev(h)})
                 if (!is_feature(e)) sum += turn_of(e), ++count;
-        return {sum, count};
-    }
-
-    // Mean turn at the other two sides of the triangle of h, as far as they are no features; nothing where both are.
-    std::optional<double> turn_beside(int h) const {
-        double sum = 0;
-        int count = 0;
-        for (const int e : {Connectivity::next(h), Connectivity::prev(h)})
-            if (!is_feature(e)) sum += turn_of(e), ++count;
         return count > 0 ? std::optional(sum / count) : std::nullopt;
     }
 
@@ -252,10 +243,9 @@ class Finder {
             double length = 0, turn = 0, beside = 0;
             for (const int e : run) {
                 const double part = (points_[mesh_.target(e)] - points_[mesh_.origin(e)]).norm();
-                const auto [sum, count] = turns_beside(e);
                 length += part;
                 turn += part * turn_of(e);
-                if (count > 0) beside += part * sum / count;
+                beside += part * turn_beside({e, mesh_.twin(e)}).value_or(0);
             }
             if (beside > std::max(kBeside * turn, turn - kSurely * length)) dropped.insert(dropped.end(), run.begin(), run.end());
         }
@@ -333,7 +323,7 @@ class Finder {
             network.certain = network.certain || kind_[h] == Kind::Certain;
             if (kind_[h] == Kind::Certain) return;
             network.turn += length * turn_of(h);
-            const std::optional<double> here = turn_beside(h), there = turn_beside(mesh_.twin(h));
+            const std::optional<double> here = turn_beside({h}), there = turn_beside({mesh_.twin(h)});
             if (!here && !there) return;
             const double one = here ? *here : *there, other = there ? *there : *here;
             network.beside += length * (one + other) / 2;

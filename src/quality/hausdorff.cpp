@@ -133,9 +133,7 @@ class DistanceSearch {
     std::pair<int, double> descend_to(const Vector3d& p, int triangle) const {
         double here = distance_to(triangle, p);
         while (true) {
-            const DistanceTarget::Facet& f = target_.facets_[triangle];
-            const Vector3d d = p - f.corner;
-            const double b = f.to_b.dot(d), c = f.to_c.dot(d);
+            const auto [b, c] = target_.facets_[triangle].coordinates(p);
             // Across the sides that p lies beyond; over the triangle there are none. Side k is opposite to corner k - 1.
             const std::array<double, 3> beyond{c, 1 - b - c, b};
             int closer = -1;
@@ -153,9 +151,8 @@ class DistanceSearch {
   private:
     double distance_to(int triangle, const Vector3d& p) const {
         const DistanceTarget::Facet& f = target_.facets_[triangle];
-        const Vector3d d = p - f.corner;
-        const double b = f.to_b.dot(d), c = f.to_c.dot(d);
-        if (b >= 0 && c >= 0 && b + c <= 1) return std::abs(f.normal.dot(d));
+        const auto [b, c] = f.coordinates(p);
+        if (b >= 0 && c >= 0 && b + c <= 1) return std::abs(f.normal.dot(p - f.corner));
         const Triangle& t = target_.mesh_.triangles[triangle];
         const auto& points = target_.mesh_.points;
         return (p - closest_point(p, points[t[0]], points[t[1]], points[t[2]])).norm();

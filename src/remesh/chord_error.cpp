@@ -39,7 +39,6 @@ constexpr double kSteepest = 0.35;       // least factor: distances far above th
 constexpr double kLeastInDrafts = 0.85;  // largest factors: less of a change is none
 constexpr double kLeast = 0.75;
 constexpr double kPlace = 4;   // width of a place over the chord error
-constexpr double kAround = 3;  // sizes around a place where lower ones broke the mesh
 // Of the length of frozen edges, and slope from there, down to which sizes go: edges of half that length still count as unit beside them.
 constexpr double kLeastHeld = 0.6;
 constexpr double kSameSize = 1e-6;  // relative: sizes that are not lowered by more are as they were
@@ -144,7 +143,7 @@ class ChordErrorCheck {
         bool any = false;
         for (const TooFar& f : far) {
             const Triangle& corners = mesh.triangles[f.triangle];
-            if (is_near(in_vain, mesh.points[corners[0]], kAround * mesh.sizes[corners[0]])) continue;
+            if (is_around(mesh.points[corners[0]], mesh.sizes[corners[0]], in_vain)) continue;
             const int times = lowered_at_.count(f.point, made_.lowerings);
             if (times > kMostAtOnePlace) continue;
             const double factor = factor_for(f.distance, times, least);
@@ -160,10 +159,6 @@ class ChordErrorCheck {
     double factor_for(double distance, int times, double least) const {
         const double power = times == 1 || made_.lowerings < kMostDrafts ? 0.5 : 1;
         return std::clamp(std::pow(kGoal * chord_error_ / std::max(distance, chord_error_), power), kSteepest, least);
-    }
-
-    static bool is_near(std::span<const Vector3d> places, const Vector3d& p, double reach) {
-        return std::any_of(places.begin(), places.end(), [&](const Vector3d& q) { return (q - p).norm() < reach; });
     }
 
     // A bound on triangles holds on their edges too, so Full needs no more, and no TriMesh, which takes long to build.

@@ -344,17 +344,14 @@ std::vector<Vertex> with_sizes(const Connectivity& mesh, std::vector<Vertex> ver
     return vertices;
 }
 
-// Vertices whose size changed, and two rings around them.
+// Vertices whose size changed, and those around them.
 std::vector<char> changed(const Editor& editor, std::span<const double> before, std::span<const double> now) {
     std::vector<char> active(before.size());
     for (std::size_t v = 0; v < before.size(); ++v) active[v] = std::abs(now[v] - before[v]) > 1e-3 * before[v];
-    for (int ring = 0; ring < 1; ++ring) {
-        std::vector<char> wider = active;
-        for (int h = 0; h < 3 * editor.mesh().num_triangles(); ++h)
-            if (active[editor.mesh().origin(h)]) wider[editor.mesh().target(h)] = wider[editor.mesh().apex(h)] = 1;
-        active = std::move(wider);
-    }
-    return active;
+    std::vector<char> wider = active;
+    for (int h = 0; h < 3 * editor.mesh().num_triangles(); ++h)
+        if (active[editor.mesh().origin(h)]) wider[editor.mesh().target(h)] = wider[editor.mesh().apex(h)] = 1;
+    return wider;
 }
 
 // Places where the mesh is none that could be the last: elements that are very bad, and edges that were to be split and could not be.
@@ -364,15 +361,11 @@ std::vector<Vector3d> broken_places(const Editor& editor) {
     for (int t = 0; t < mesh.num_triangles(); ++t) {
         if (!mesh.is_live_triangle(t) || editor.is_frozen_triangle(t)) continue;
         bool broken = editor.quality(t) < kBroken;
-        for (int h = 3 * t; h < 3 * t + 3; ++h) broken = broken || (!editor.is_frozen(h) && editor.length(h) > kUnsplit);
+        for (int h = 3 * t; h < 3 * t + 3; ++h) broken = broken || (!editor.is_frozen(h) && editor.longest_length(h) > kUnsplit && editor.length(h) > kUnsplit);
         const Triangle v = mesh.triangle(t);
         if (broken) places.push_back((editor.vertex(v[0]).p + editor.vertex(v[1]).p + editor.vertex(v[2]).p) / 3);
     }
     return places;
-}
-
-bool is_near(const Vertex& v, std::span<const Vector3d> places) {
-    return std::any_of(places.begin(), places.end(), [&](const Vector3d& p) { return (p - v.p).norm() < kAround * v.h; });
 }
 
 // Required elements in the numbers of the result: fixed vertices are where they were, exactly at a corner of a triangle.
@@ -434,6 +427,10 @@ SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& suppo
 
 }  // namespace
 
+bool is_around(const Vector3d& p, double size, std::span<const Vector3d> places) {
+    return std::any_of(places.begin(), places.end(), [&](const Vector3d& q) { return (q - p).norm() < kAround * size; });
+}
+
 RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options,
                     const Recheck& recheck) {
     RemeshResult result;
@@ -493,7 +490,7 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
             if (in_vain.size() == known) break;
             // Where the mesh broke it was better before; if that is not enough, everywhere.
             for (std::size_t v = 0; v < vertices.size(); ++v)
-                if (attempt + 1 == kMostAttempts || is_near(vertices[v], std::span(in_vain).subspan(known))) (*sizes)[v] = result.mesh.sizes[v];
+                if (attempt + 1 == kMostAttempts || is_around(vertices[v].p, vertices[v].h, std::span(in_vain).subspan(known))) (*sizes)[v] = result.mesh.sizes[v];
         }
     }
     return result;

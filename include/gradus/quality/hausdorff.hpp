@@ -92,6 +92,8 @@ class DistanceTarget {
     struct Facet {
         Eigen::Vector3d corner, normal;  // unit, or zero
         Eigen::Vector3d to_b, to_c;      // products with p - corner are p's coordinates over the triangle
+
+        std::pair<double, double> coordinates(const Eigen::Vector3d& p) const { return {to_b.dot(p - corner), to_c.dot(p - corner)}; }
     };
     std::vector<Facet> facets_;
 };

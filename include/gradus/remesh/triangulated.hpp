@@ -73,6 +73,8 @@ enum class MeshStage { Draft, Final };
 /// meshes that may be the last.
 /// @param in_vain  places where lower sizes broke the mesh, which was put back there: lower ones are not to be asked for again
 using Recheck = std::function<std::optional<std::vector<double>>(const SurfaceMesh& mesh, MeshStage stage, std::span<const Eigen::Vector3d> in_vain)>;
+/// Whether a vertex of some size is around one of these places: within three sizes.
+bool is_around(const Eigen::Vector3d& p, double size, std::span<const Eigen::Vector3d> places);
 
 /// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features, corners and
 /// topology are kept, and so is what is required. Places of the result name triangles of the triangulation.
