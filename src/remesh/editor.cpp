@@ -182,7 +182,7 @@ double Editor::relax(int v, Aim aim) {
     }
     const auto moved_by = [&](double along_u, double along_w) -> std::optional<Vertex> {
         const Eigen::Vector3d target = x.p + along_u * u + along_w * w;
-        const std::optional<Foot> foot = x.bound == Bound::Curve ? support_.slide(x.place, target) : support_.move(x.place, target);
+        const std::optional<Foot> foot = x.bound == Bound::Curve ? support_.slide(x.place, target) : support_.move(x.place, x.p, target);
         if (!foot) return std::nullopt;
         Vertex moved = x;
         take_foot(moved, *foot);
@@ -346,8 +346,9 @@ int Editor::split(int h) {
         const double longest2 = foot ? kLongestBridge2 : kLongestHalf2;
         if (!foot) {
             const bool from_b = va.bound != Bound::Free && vb.bound == Bound::Free;
-            foot = support_.move(from_b ? vb.place : va.place, middle);
-            if (!foot) foot = support_.move(from_b ? va.place : vb.place, middle);
+            const Vertex &first = from_b ? vb : va, &second = from_b ? va : vb;
+            foot = support_.move(first.place, first.p, middle);
+            if (!foot) foot = support_.move(second.place, second.p, middle);
             if (!foot) return -1;
         }
         // On a sharply curved part the middle of the chord may be reached on another sheet.

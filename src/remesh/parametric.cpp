@@ -356,7 +356,7 @@ int patch_under(const PatchModel& model, const Support& support, const Vertex& a
     const Eigen::Vector3d middle = (a.p + b.p + c.p) / 3;
     for (const Vertex* v : {&a, &b, &c}) {
         if (!inside(*v)) continue;
-        if (const auto foot = support.move(v->place, middle)) return foot->place.at.patch;
+        if (const auto foot = support.move(v->place, v->p, middle)) return foot->place.at.patch;
     }
     for (const Vertex* v : {&a, &b, &c})
         if (inside(*v)) return v->place.at.patch;

@@ -49,7 +49,7 @@ Foot PatchSupport::foot(Place place) const {
     return foot;
 }
 
-std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d& target) const {
+std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d& /*point*/, const Eigen::Vector3d& target) const {
     SurfacePoint at = from.at;
     const ParametricSurface* patch = &model_.patch(at.patch);
     Jet1 jet = patch->jet1(at.uv);

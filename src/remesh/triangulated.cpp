@@ -63,18 +63,26 @@ void TriangleSupport::spread_normals(Foot& foot) const {
     bool is_near = false;
     for (int k = 0; k < 3; ++k) is_near = is_near || w[k] * w[k] * area2 < reach2 * (p[(k + 2) % 3] - p[(k + 1) % 3]).squaredNorm();
     if (!is_near) return;
-    near_.assign({triangle});
+    // The facets that are reached across sides this near.
+    const auto is_side_near = [&](int h) {
+        const Vector3d &a = surface_.points()[mesh.origin(h)], along = surface_.points()[mesh.target(h)] - a, to = foot.point - a;
+        const double length2 = along.squaredNorm();
+        const double s = length2 > 0 ? std::clamp(along.dot(to) / length2, 0.0, 1.0) : 0;
+        return (to - s * along).squaredNorm() < reach2;
+    };
+    const auto is_listed = [&](int t) { return std::any_of(near_.begin(), near_.end(), [t](const Near& near) { return near.triangle == t; }); };
+    near_.assign({{triangle, surface_.facet_normal(triangle)}});
     for (std::size_t i = 0; i < near_.size() && near_.size() < kMostNear; ++i)
-        for (int h = 3 * near_[i]; h < 3 * near_[i] + 3; ++h) {
+        for (int h = 3 * near_[i].triangle, end = h + 3; h < end; ++h) {
             const int g = mesh.twin(h);
-            if (g < 0 || mesh.tag(h) >= 0 || std::find(near_.begin(), near_.end(), g / 3) != near_.end()) continue;
-            if (surface_.within(g / 3, foot.point).distance2 < reach2) near_.push_back(g / 3);
+            if (g >= 0 && mesh.tag(h) < 0 && !is_listed(g / 3) && is_side_near(h)) near_.push_back({g / 3, surface_.facet_normal(g / 3)});
         }
+    if (near_.size() == 1) return;
     const auto farthest_from = [&](const Vector3d& n) {
         Vector3d farthest = n;
         double least = 1;
-        for (const int t : near_)
-            if (const Vector3d m = surface_.facet_normal(t); m.dot(n) < least) least = m.dot(n), farthest = m;
+        for (const Near& near : near_)
+            if (const double cosine = near.normal.dot(n); cosine < least) least = cosine, farthest = near.normal;
         return farthest;
     };
     const Vector3d one = farthest_from(foot.normal), other = farthest_from(one);
@@ -110,14 +118,16 @@ Foot TriangleSupport::at_vertex(int vertex, int cell) const {
     return foot({{h / 3, on_halfedge(h, 0)}, curve, t, cell});
 }
 
-std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& target) const {
+std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& point, const Vector3d& target) const {
     const Connectivity& mesh = surface_.mesh();
     // From a vertex or a feature the way may begin on any side: the one that leads closest.
     const auto& [triangle, uv] = from.at;
     const std::array<double, 3> w{1 - uv.x() - uv.y(), uv.x(), uv.y()};
-    SmoothSupport::Foot best = surface_.walk(triangle, target);
+    // The surface is off its facets at the target about as it is here.
+    Vector3d aim = target + (on_facet(triangle, w) - point);
+    SmoothSupport::Foot best = surface_.walk(triangle, aim);
     const auto try_from = [&](int start) {
-        if (const auto foot = surface_.walk(start, target); foot.distance2 < best.distance2) best = foot;
+        if (const auto foot = surface_.walk(start, aim); foot.distance2 < best.distance2) best = foot;
     };
     for (int k = 0; k < 3; ++k) {
         const int side = 3 * triangle + (k + 1) % 3;
@@ -125,20 +135,21 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& tar
         else if (w[k] == 0 && mesh.tag(side) >= 0 && mesh.twin(side) >= 0) try_from(mesh.twin(side) / 3);
     }
     if (best.barred) return std::nullopt;
-    Vector3d point = patch(best.triangle).point(best.b, best.c), normal = patch(best.triangle).normal(best.b, best.c);
-    const double goal2 = (target - patch(triangle).point(uv.x(), uv.y())).squaredNorm();
-    Vector3d aim = target;
+    const auto foot_at = [&](const SmoothSupport::Foot& at) {
+        const GregoryPatch& patch = this->patch(at.triangle);
+        return Foot{{{at.triangle, {at.b, at.c}}, -1, 0, from.cell}, patch.point(at.b, at.c), patch.normal(at.b, at.c), 0};
+    };
+    Foot foot = foot_at(best);
+    const double goal2 = (target - point).squaredNorm();
     for (int step = 0; step < kMostSteps; ++step) {
-        const Vector3d miss = (target - point) - normal.dot(target - point) * normal;
+        const Vector3d miss = (target - foot.point) - foot.normal.dot(target - foot.point) * foot.normal;
         if (miss.squaredNorm() <= kNear2 * goal2) break;
         aim += miss;
         const auto next = surface_.walk(best.triangle, aim);
         if (next.barred) break;
         best = next;
-        point = patch(best.triangle).point(best.b, best.c);
-        normal = patch(best.triangle).normal(best.b, best.c);
+        foot = foot_at(best);
     }
-    Foot foot{{{best.triangle, {best.b, best.c}}, -1, 0, from.cell}, point, normal, 0};
     foot.size = control_.size(foot.point, foot.place.cell);
     if (surface_.folds_near(best.triangle)) spread_normals(foot);
     return foot;
@@ -412,7 +423,7 @@ SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& suppo
         const Vertex &a = editor.vertex(t[0]), &b = editor.vertex(t[1]), &c = editor.vertex(t[2]);
         for (const Vertex* v : {&a, &b, &c})
             if (v->bound == Bound::Free) return surface.labels[v->place.at.patch];
-        const auto foot = support.move(a.place, (a.p + b.p + c.p) / 3);
+        const auto foot = support.move(a.place, a.p, (a.p + b.p + c.p) / 3);
         return surface.labels[foot ? foot->place.at.patch : a.place.at.patch];
     };
     for (int t = 0; t < mesh.num_triangles(); ++t) {

@@ -59,7 +59,7 @@ TEST_CASE("A move ends on the surface near its target, across patches and seams"
                 const Eigen::Vector3d n = f.model.normal(at), x = n.unitOrthogonal(), y = n.cross(x);
                 const double step = 0.7 * f.kind.size;
                 const Eigen::Vector3d target = f.model.position(at) + step * (std::cos(turn) * x + std::sin(turn) * y);
-                const std::optional<Foot> foot = f.support.move(f.place(at), target);
+                const std::optional<Foot> foot = f.support.move(f.place(at), f.model.position(at), target);
                 if (!foot) {
                     ++barred;
                     continue;
@@ -77,14 +77,15 @@ TEST_CASE("A move ends on the surface near its target, across patches and seams"
 TEST_CASE("A crease and a boundary bar the way", "[remesh][exact]") {
     const Fixture hinge("hinge");
     const Place left = hinge.place({0, {0.9, 0.5}});
-    CHECK_FALSE(hinge.support.move(left, {0.1 * std::cos(1.0), 0.5, 0.1 * std::sin(1.0)}).has_value());
-    CHECK(hinge.support.move(left, {-0.05, 0.6, 0}).has_value());
+    const Eigen::Vector3d at = hinge.model.position(left.at);
+    CHECK_FALSE(hinge.support.move(left, at, {0.1 * std::cos(1.0), 0.5, 0.1 * std::sin(1.0)}).has_value());
+    CHECK(hinge.support.move(left, at, {-0.05, 0.6, 0}).has_value());
     const Fixture flat("coplanar hinge");
-    const auto across = flat.support.move(flat.place({0, {0.9, 0.5}}), {0.1, 0.5, 0});
+    const auto across = flat.support.move(flat.place({0, {0.9, 0.5}}), flat.model.position({0, {0.9, 0.5}}), {0.1, 0.5, 0});
     REQUIRE(across.has_value());
     CHECK(across->place.at.patch == 1);
     CHECK((across->point - Eigen::Vector3d(0.1, 0.5, 0)).norm() <= 1e-12);
-    CHECK_FALSE(flat.support.move(flat.place({0, {0.1, 0.5}}), {-1.1, 0.5, 0}).has_value());
+    CHECK_FALSE(flat.support.move(flat.place({0, {0.1, 0.5}}), flat.model.position({0, {0.1, 0.5}}), {-1.1, 0.5, 0}).has_value());
 }
 
 TEST_CASE("Feature curves that continue each other are one chain", "[remesh][exact]") {

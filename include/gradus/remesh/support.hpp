@@ -31,9 +31,9 @@ void between_sides(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Foot& foo
 class Support {
   public:
     virtual ~Support() = default;
-    /// The point of the surface near `target`, coming from `from`: exactly on the surface, near the target only to within a tenth
-    /// of the way. Nothing where the way is barred by a feature, a boundary or a pole.
-    virtual std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const = 0;
+    /// The point of the surface near `target`, coming from a place and its point: exactly on the surface, near the target only to
+    /// within a tenth of the way. Nothing where the way is barred by a feature, a boundary or a pole.
+    virtual std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point, const Eigen::Vector3d& target) const = 0;
     /// The point half way between two places along the section of the surface by the plane through them and `up`, a direction out of
     /// the surface there; nothing where no section leads from one to the other, or none is known.
     virtual std::optional<Foot> between(const Place&, const Place&, const Eigen::Vector3d& /*up*/) const { return std::nullopt; }
@@ -49,7 +49,7 @@ class Support {
 class PatchSupport final : public Support {
   public:
     PatchSupport(const PatchModel& model, const ControlSpace& control);
-    std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const override;
+    std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point, const Eigen::Vector3d& target) const override;
     std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
     int chain_of(int curve) const override { return links_[curve].chain; }
     Foot middle(int chain, const Foot& a, const Foot& b) const override;

@@ -15,7 +15,7 @@ class TriangleSupport final : public Support {
   public:
     /// All must outlive this.
     TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control);
-    std::optional<Foot> move(const Place& from, const Eigen::Vector3d& target) const override;
+    std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point, const Eigen::Vector3d& target) const override;
     std::optional<Foot> between(const Place& a, const Place& b, const Eigen::Vector3d& up) const override;
     std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
     int chain_of(int curve) const override { return curve; }
@@ -54,7 +54,11 @@ class TriangleSupport final : public Support {
         int triangle;
         Eigen::Vector3d begin;
     };
-    mutable std::vector<int> near_;      // room for `spread_normals`
+    struct Near {
+        int triangle;
+        Eigen::Vector3d normal;
+    };
+    mutable std::vector<Near> near_;     // room for `spread_normals`
     mutable std::vector<Part> section_;  // room for `between`
     mutable std::vector<int> goals_;
     std::vector<std::pair<int, double>> curve_of_;  // of each vertex inside a chain: chain and arc length; else -1
