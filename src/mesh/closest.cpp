@@ -1,13 +1,31 @@
 #include "gradus/mesh/closest.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <tuple>
+#include <utility>
+
+#include <Eigen/Geometry>
 
 namespace gradus {
 
 namespace {
 
 constexpr int kLeaf = 4;
+constexpr int kBits = 21;  // of a coordinate, in a code of 63
+
+// The bits of a whole number below 2^21, two zeros between each and the next.
+std::uint64_t spread_bits(double x) {
+    auto bits = static_cast<std::uint64_t>(x);
+    bits = (bits | bits << 32) & 0x001f00000000ffffULL;
+    bits = (bits | bits << 16) & 0x001f0000ff0000ffULL;
+    bits = (bits | bits << 8) & 0x100f00f00f00f00fULL;
+    bits = (bits | bits << 4) & 0x10c30c30c30c30c3ULL;
+    bits = (bits | bits << 2) & 0x1249249249249249ULL;
+    return bits;
+}
 
 }  // namespace
 
@@ -42,34 +60,53 @@ Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a
 
 ClosestTriangle::ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, std::vector<int> chosen)
     : points_(points), triangles_(triangles), chosen_(std::move(chosen)) {
+    const std::vector<std::uint64_t> codes = sort_along_curve();
     nodes_.reserve(2 * chosen_.size() / kLeaf + 2);
-    build(0, static_cast<int>(chosen_.size()));
+    build(codes, 0, static_cast<int>(chosen_.size()));
 }
 
-int ClosestTriangle::build(int first, int last) {
-    const int index = static_cast<int>(nodes_.size());
-    Node node{{points_[triangles_[chosen_[first]][0]], points_[triangles_[chosen_[first]][0]]}, first, last};
-    for (int i = first; i < last; ++i)
-        for (const int v : triangles_[chosen_[i]]) {
-            node.box.low = node.box.low.cwiseMin(points_[v]);
-            node.box.high = node.box.high.cwiseMax(points_[v]);
-        }
-    nodes_.push_back(node);
-    if (last - first <= kLeaf) return index;
-    int axis = 0;
-    (node.box.high - node.box.low).maxCoeff(&axis);
+// What is next to each other along a Z-curve is next to each other in space: halves of it are boxes without looking for the best cut.
+std::vector<std::uint64_t> ClosestTriangle::sort_along_curve() {
     const auto centre = [&](int t) {
         const Triangle& v = triangles_[t];
-        return points_[v[0]][axis] + points_[v[1]][axis] + points_[v[2]][axis];
+        return Eigen::Vector3d(points_[v[0]] + points_[v[1]] + points_[v[2]]);
     };
-    const int middle = (first + last) / 2;
-    std::nth_element(chosen_.begin() + first, chosen_.begin() + middle, chosen_.begin() + last, [&](int s, int t) {
-        const double x = centre(s), y = centre(t);
-        return x != y ? x < y : s < t;
-    });
-    build(first, middle);
-    const int right = build(middle, last);
-    nodes_[index].right = right;
+    Eigen::AlignedBox3d box;
+    for (const int t : chosen_) box.extend(centre(t));
+    const double extent = box.diagonal().maxCoeff();
+    const double scale = extent > 0 ? static_cast<double>((1 << kBits) - 1) / extent : 0;
+    std::vector<std::pair<std::uint64_t, int>> coded;
+    coded.reserve(chosen_.size());
+    for (const int t : chosen_) {
+        const Eigen::Vector3d at = (centre(t) - box.min()) * scale;
+        coded.emplace_back(spread_bits(at.x()) | spread_bits(at.y()) << 1 | spread_bits(at.z()) << 2, t);
+    }
+    std::sort(coded.begin(), coded.end());
+    std::vector<std::uint64_t> codes(coded.size());
+    for (std::size_t i = 0; i < coded.size(); ++i) std::tie(codes[i], chosen_[i]) = coded[i];
+    return codes;
+}
+
+int ClosestTriangle::build(const std::vector<std::uint64_t>& codes, int first, int last) {
+    const int index = static_cast<int>(nodes_.size());
+    nodes_.push_back({{}, first, last});
+    Box box;
+    if (last - first <= kLeaf) {
+        for (int i = first; i < last; ++i)
+            for (const int v : triangles_[chosen_[i]]) box.extend({points_[v], points_[v]});
+    } else {
+        // Where the highest bit that is not the same for all changes.
+        int middle = (first + last) / 2;
+        if (const std::uint64_t differ = codes[first] ^ codes[last - 1]; differ != 0) {
+            const std::uint64_t bit = std::bit_floor(differ);
+            middle = static_cast<int>(std::partition_point(codes.begin() + first, codes.begin() + last, [bit](std::uint64_t c) { return (c & bit) == 0; }) - codes.begin());
+        }
+        build(codes, first, middle);
+        const int right = nodes_[index].right = build(codes, middle, last);
+        box.extend(nodes_[index + 1].box);
+        box.extend(nodes_[right].box);
+    }
+    nodes_[index].box = box;
     return index;
 }
 

@@ -25,6 +25,7 @@ constexpr double kMostTurn = std::numbers::pi / 3;  // of a curve no larger than
 constexpr double kShareOfBulge = 0.2;               // of the chord error, for the smooth surface over the triangulation
 
 // -- When to stop --
+constexpr double kMostGoal = 0.8;  // quality sought for the worst triangle
 constexpr int kMostDrafts = 3;
 constexpr int kMostLowerings = 24;
 constexpr int kMostAtOnePlace = 8;    // what eight times did not mend there, smaller sizes will not
@@ -223,9 +224,11 @@ ChordErrorResult remesh_within(const Triangulation& surface, TriangulationBackgr
         has_other_sizes = has_other_sizes || sizes;
         return sizes;
     };
+    RemeshOptions remesh_options = options.remesh;
+    remesh_options.goal = std::min(remesh_options.goal, kMostGoal);
     const SmoothSupport support = surface.support({.largest_bulge = kShareOfBulge * chord_error});
     made.result =
-        remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, *control, map.cells, options.remesh, recheck);
+        remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, *control, map.cells, remesh_options, recheck);
     return made;
 }
 

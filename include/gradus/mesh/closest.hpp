@@ -1,6 +1,7 @@
 /// Closest triangles.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <span>
@@ -40,7 +41,12 @@ class ClosestTriangle {
 
   private:
     struct Box {
-        Eigen::Vector3d low, high;
+        Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+        Eigen::Vector3d high = -low;
+        void extend(const Box& other) {
+            low = low.cwiseMin(other.low);
+            high = high.cwiseMax(other.high);
+        }
         double squared_distance(const Eigen::Vector3d& p) const { return (low - p).cwiseMax(p - high).cwiseMax(0).squaredNorm(); }
     };
     struct Node {
@@ -48,7 +54,8 @@ class ClosestTriangle {
         int first, last;  // range of chosen_
         int right = -1;   // second child, the first one follows this node; -1: leaf
     };
-    int build(int first, int last);
+    std::vector<std::uint64_t> sort_along_curve();
+    int build(const std::vector<std::uint64_t>& codes, int first, int last);
     void descend(int node, const Eigen::Vector3d& p, double& squared, int& triangle) const;
     void look(int node, const Cone& cone, const Accept& accept, double& squared, int& triangle) const;
 
