@@ -290,7 +290,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         for (int round = 0; round < kWorstRounds; ++round) {
             std::vector<std::pair<double, int>> bad;
             for (int t = 0; t < mesh.num_triangles(); ++t)
-                if (mesh.is_live_triangle(t) && !editor.is_frozen_triangle(t) && editor.quality(t) < goal && is_active(t)) bad.emplace_back(editor.quality(t), t);
+                if (mesh.is_live_triangle(t) && is_active(t) && !editor.is_frozen_triangle(t) && editor.quality(t) < goal) bad.emplace_back(editor.quality(t), t);
             std::sort(bad.begin(), bad.end());
             int kept_now = 0;
             for (const auto& [was, t] : bad) {

@@ -24,6 +24,7 @@ constexpr double kBroken = 0.3;      // quality of elements that no mesh should 
 constexpr double kUnsplit = 2.5;     // metric length of edges that were to be split
 constexpr double kAround = 3;        // sizes
 constexpr int kMostAttempts = 3;     // to mend a mesh
+constexpr double kChanged = 0.05;    // of a size: edges stay unit where it changes by less
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
 Eigen::Vector2d on_halfedge(int h, double s) {
@@ -355,10 +356,10 @@ std::vector<Vertex> with_sizes(const Connectivity& mesh, std::vector<Vertex> ver
     return vertices;
 }
 
-// Vertices whose size changed, and those around them.
+// Vertices whose size changed by enough to matter, and those around them.
 std::vector<char> changed(const Editor& editor, std::span<const double> before, std::span<const double> now) {
     std::vector<char> active(before.size());
-    for (std::size_t v = 0; v < before.size(); ++v) active[v] = std::abs(now[v] - before[v]) > 1e-3 * before[v];
+    for (std::size_t v = 0; v < before.size(); ++v) active[v] = std::abs(now[v] - before[v]) > kChanged * before[v];
     std::vector<char> wider = active;
     for (int h = 0; h < 3 * editor.mesh().num_triangles(); ++h)
         if (active[editor.mesh().origin(h)]) wider[editor.mesh().target(h)] = wider[editor.mesh().apex(h)] = 1;
