@@ -1,5 +1,7 @@
 #include "gradus/quality/deviation.hpp"
 
+#include <cmath>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -12,6 +14,8 @@ using Eigen::Vector3d;
 
 // Of distances beyond the limit, by which sizes are lowered: they need no better.
 constexpr double kPrecision = 0.1;
+constexpr double kBelongs = 2;      // over the limit
+constexpr double kMostPieces = 16;  // of an edge of the surface that is looked at
 // Over the distance of a point: the triangle that leaves a place out is not always the one closest to it.
 constexpr double kAlmostClosest = 1.3;
 
@@ -118,6 +122,51 @@ ProvedDeviation DeviationProof::prove(const MeshView& mesh, std::span<const int>
         for (const int t : target.within(f.point, kAlmostClosest * f.distance))
             proved.at_fault.push_back({t, f.distance, f.point, f.triangle});
     return proved;
+}
+
+bool DeviationProof::is_kept_by(const MeshView& part, int changed, std::span<const int> under) {
+    const OneSidedOptions options{.limit = limit_, .precision = kPrecision, .near = under};
+    if (!target_.measure_from({part.points, part.triangles.first(changed)}, options).beyond.empty()) return false;
+
+    const Connectivity& surface = reference_.connectivity;
+    const auto points = reference_.surface.points;
+    seen_.resize(surface.num_triangles(), 0);
+    ++parts_;
+    std::vector<int> queue;
+    const auto reach = [&](int t) {
+        if (seen_[t] != parts_) seen_[t] = parts_, queue.push_back(t);
+    };
+    double shortest = std::numeric_limits<double>::infinity();
+    for (const Triangle& t : part.triangles.first(changed))
+        for (int k = 0; k < 3; ++k) {
+            reach(under[t[k]]);
+            shortest = std::min(shortest, (part.points[t[k]] - part.points[t[(k + 1) % 3]]).norm());
+        }
+    const DistanceTarget target(part);
+    bool kept = true;
+    int near = 0;
+    // Whether a point is closest to a triangle that changed.
+    const auto is_over = [&](const Vector3d& p) {
+        auto hit = target.descend(p, near);
+        if (hit.distance > limit_) {
+            hit = target.closest(p, hit.triangle);
+            // Beside the part there may be triangles that are closer, and what is much farther belongs to those.
+            if (hit.distance > limit_ && hit.distance < kBelongs * limit_ && (hit.triangle < changed || target.is_over(p, hit.triangle))) kept = false;
+        }
+        near = hit.triangle;
+        return near < changed;
+    };
+    for (std::size_t i = 0; i < queue.size() && kept; ++i) {
+        bool over = false;
+        for (int h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
+            const Vector3d &a = points[surface.origin(h)], &b = points[surface.target(h)];
+            const int pieces = static_cast<int>(std::clamp(std::ceil((b - a).norm() / shortest), 1.0, kMostPieces));
+            for (int k = 0; k < pieces; ++k) over = is_over(a + k * (b - a) / pieces) || over;
+        }
+        for (int h = 3 * queue[i]; over && h < 3 * queue[i] + 3; ++h)
+            if (surface.twin(h) >= 0) reach(surface.twin(h) / 3);
+    }
+    return kept;
 }
 
 // @param now  for each triangle of the last mesh its number in this one, or -1

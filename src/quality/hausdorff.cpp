@@ -272,6 +272,17 @@ DistanceTarget::DistanceTarget(const MeshView& mesh)
     }
 }
 
+ClosestTriangle::Hit DistanceTarget::descend(const Vector3d& p, int from) const {
+    const OneSidedOptions options;
+    const auto [triangle, distance] = DistanceSearch(*this, options).descend_to(p, from);
+    return {triangle, distance};
+}
+
+bool DistanceTarget::is_over(const Vector3d& p, int triangle) const {
+    const auto [b, c] = facets_[triangle].coordinates(p);
+    return b >= 0 && c >= 0 && b + c <= 1;
+}
+
 std::vector<TooFar> DistanceTarget::sample_from(const MeshView& from, double limit, std::span<const int> near) const {
     const OneSidedOptions options;
     const DistanceSearch search(*this, options);

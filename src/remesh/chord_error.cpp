@@ -25,7 +25,6 @@ constexpr double kMostTurn = std::numbers::pi / 3;  // of a curve no larger than
 constexpr double kShareOfBulge = 0.2;               // of the chord error, for the smooth surface over the triangulation
 
 // -- When to stop --
-constexpr double kMostGoal = 0.8;  // quality sought for the worst triangle
 constexpr int kMostDrafts = 3;
 constexpr int kMostLowerings = 24;
 constexpr int kMostAtOnePlace = 8;    // what eight times did not mend there, smaller sizes will not
@@ -45,10 +44,10 @@ constexpr double kLeastHeld = 0.6;
 constexpr double kSameSize = 1e-6;  // relative: sizes that are not lowered by more are as they were
 
 // The triangle of the surface under each vertex.
-std::vector<int> triangles_under(const SurfaceMesh& mesh) {
+std::vector<int> triangles_under(std::span<const SurfacePoint> places) {
     std::vector<int> under;
-    under.reserve(mesh.places.size());
-    for (const SurfacePoint& at : mesh.places) under.push_back(at.patch);
+    under.reserve(places.size());
+    for (const SurfacePoint& at : places) under.push_back(at.patch);
     return under;
 }
 
@@ -95,31 +94,52 @@ class Progress {
 };
 
 // Checks the meshes that remesh comes to, and says with what sizes to go on.
-class ChordErrorCheck {
+class ChordErrorCheck : public MeshChecks {
   public:
     using Sizes = std::optional<std::vector<double>>;  // nothing: the mesh is good, or there is no more to do
 
-    ChordErrorCheck(const Triangulation& surface, double chord_error, const ChordErrorOptions& options, ChordErrorResult& made)
-        : surface_(surface), chord_error_(chord_error), options_(options), made_(made), lowered_at_(kPlace * chord_error) {}
+    // @param control  freed once it is not needed any more
+    ChordErrorCheck(const Triangulation& surface, double chord_error, const ChordErrorOptions& options, ChordErrorResult& made,
+                    std::unique_ptr<const ControlSpace>& control)
+        : surface_(surface), chord_error_(chord_error), options_(options), made_(made), control_(control), lowered_at_(kPlace * chord_error) {}
 
+    Sizes sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Vector3d> in_vain) override {
+        if (options_.on_check) options_.on_check(mesh);
+        if (made_.lowerings > 0) control_.reset();
+        return stage == MeshStage::Draft ? check_draft(mesh) : check(mesh, in_vain);
+    }
+
+    bool allows(const MeshPart& part) override {
+        return proof().is_kept_by({part.points, part.triangles}, part.changed, triangles_under(part.places));
+    }
+
+    std::vector<Vector3d> faults_of(const SurfaceMesh& mesh) override {
+        const ProvedDeviation proved = proof().prove(view_of(mesh), triangles_under(mesh.places));
+        std::vector<Vector3d> faults;
+        if (proved.deviation.bound() <= std::max(chord_error_, made_.deviation.bound())) made_.deviation = proved.deviation;
+        else
+            for (const TooFar& f : proved.at_fault) faults.push_back(f.point);
+        return faults;
+    }
+
+  private:
     // Drafts are only sampled, and may have a few triangles that are too far off.
     Sizes check_draft(const SurfaceMesh& mesh) {
         if (made_.lowerings == kMostDrafts) return std::nullopt;
-        const std::vector<TooFar> far = proof().target().sample_from(view_of(mesh), kSampleShare * chord_error_, triangles_under(mesh));
+        const std::vector<TooFar> far = proof().target().sample_from(view_of(mesh), kSampleShare * chord_error_, triangles_under(mesh.places));
         if (static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size())) return std::nullopt;
         return lower_sizes(mesh, far, kLeastInDrafts, {});
     }
 
     // What may be the last mesh is proved.
     Sizes check(const SurfaceMesh& mesh, std::span<const Vector3d> in_vain) {
-        const ProvedDeviation proved = proof().prove(view_of(mesh), triangles_under(mesh));
+        const ProvedDeviation proved = proof().prove(view_of(mesh), triangles_under(mesh.places));
         made_.deviation = proved.deviation;
         made_.kept = proved.deviation.bound() <= chord_error_;
         if (proved.at_fault.empty() || !progress_.goes_on(proved.at_fault.size(), proved.deviation.bound())) return std::nullopt;
         return lower_sizes(mesh, proved.at_fault, kLeast, in_vain);
     }
 
-  private:
     // Made when it is asked for: the mesh that begins with the triangles of the surface has fewer by then.
     DeviationProof& proof() {
         if (!proof_) proof_.emplace(reference_of(surface_), chord_error_);
@@ -184,6 +204,7 @@ class ChordErrorCheck {
     double chord_error_;
     const ChordErrorOptions& options_;
     ChordErrorResult& made_;
+    std::unique_ptr<const ControlSpace>& control_;
     std::optional<DeviationProof> proof_;
     Progress progress_;
     RoundsAtPlaces lowered_at_;
@@ -211,29 +232,19 @@ ChordErrorResult remesh_within(const Triangulation& surface, TriangulationBackgr
                                const ChordErrorOptions& options) {
     check_arguments(chord_error, options);
     ChordErrorResult made;
-    ChordErrorCheck checks(surface, chord_error, options, made);
     auto control = std::make_unique<const ControlSpace>(map.background, map.sizes);
     // Large, and of no use any more: the mesh of the background, and its sizes once there are others.
     map.background.mesh = {};
     map.sizes = {};
-    bool has_other_sizes = false;
-    const auto recheck = [&](const SurfaceMesh& mesh, MeshStage stage, std::span<const Vector3d> in_vain) {
-        if (options.on_check) options.on_check(mesh);
-        if (has_other_sizes) control.reset();
-        auto sizes = stage == MeshStage::Draft ? checks.check_draft(mesh) : checks.check(mesh, in_vain);
-        has_other_sizes = has_other_sizes || sizes;
-        return sizes;
-    };
-    RemeshOptions remesh_options = options.remesh;
-    remesh_options.goal = std::min(remesh_options.goal, kMostGoal);
+    ChordErrorCheck checks(surface, chord_error, options, made, control);
     const SmoothSupport support = surface.support({.largest_bulge = kShareOfBulge * chord_error});
     made.result =
-        remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, *control, map.cells, remesh_options, recheck);
+        remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, *control, map.cells, options.remesh, &checks);
     return made;
 }
 
 Deviation measure_deviation(const Triangulation& surface, const SurfaceMesh& mesh) {
-    return measure_deviation(reference_of(surface), view_of(mesh), triangles_under(mesh));
+    return measure_deviation(reference_of(surface), view_of(mesh), triangles_under(mesh.places));
 }
 
 }  // namespace gradus

@@ -20,6 +20,7 @@ constexpr double kDeep = 0.5;     // over the size
 constexpr double kLongestBridge2 = 1;     // of the halves, squared, over the edge that is split, where its ends are on the walls of a crevice
 constexpr double kLongestHalf2 = 0.72;    // squared, over the edge that is split
 constexpr double kFarthestMiddle2 = 0.3;  // the same on a feature curve, which may be half a circle
+constexpr double kLongestByCollapse = 1.85;  // in the metric
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
 constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
 
@@ -117,6 +118,20 @@ double Editor::unit_area(int t) const {
 double Editor::length(int h) const {
     const Vertex &a = vertices_[mesh_.origin(h)], &b = vertices_[mesh_.target(h)];
     return metric_length((a.p - b.p).norm(), a.h, b.h);
+}
+
+double Editor::fan_ratio(int v) const {
+    double shortest2 = std::numeric_limits<double>::infinity(), longest2 = 0;
+    const auto look = [&](int other) {
+        const double length2 = (vertices_[other].p - vertices_[v].p).squaredNorm();
+        shortest2 = std::min(shortest2, length2);
+        longest2 = std::max(longest2, length2);
+    };
+    mesh_.for_each_outgoing(v, [&](int h) {
+        look(mesh_.target(h));
+        if (const int last = Connectivity::prev(h); mesh_.twin(last) < 0) look(mesh_.apex(h));
+    });
+    return shortest2 > 0 ? std::sqrt(longest2 / shortest2) : std::numeric_limits<double>::infinity();
 }
 
 void Editor::set_vertex(int v, const Vertex& x) {
@@ -299,17 +314,19 @@ bool Editor::collapse(int h) {
     const int v = mesh_.origin(h), g = mesh_.twin(h);
     const Vertex& w = vertices_[mesh_.target(h)];
     bool legal = true;
-    if (vertices_[v].bound == Bound::Curve) {
-        // The energy knows areas, not the lengths of a curve's pieces: keep those unit.
-        const auto stretch = [&](int edge, int other) {
-            if (mesh_.tag(edge) >= 0 && other != mesh_.target(h) && metric_length((vertices_[other].p - w.p).norm(), vertices_[other].h, w.h) > std::numbers::sqrt2)
-                legal = false;
-        };
-        mesh_.for_each_outgoing(v, [&](int e) {
-            stretch(e, mesh_.target(e));
-            stretch(Connectivity::prev(e), mesh_.apex(e));
-        });
-    }
+    // The energy knows areas, not lengths: those of a curve's pieces stay unit, and others come out not much too long.
+    const auto stretch = [&](int edge, int other) {
+        if (other == mesh_.target(h)) return;
+        const bool on_curve = vertices_[v].bound == Bound::Curve && mesh_.tag(edge) >= 0;
+        const double most = on_curve ? std::numbers::sqrt2 : kLongestByCollapse;
+        const Vertex &x = vertices_[other], &from = vertices_[v];
+        const double length = (x.p - w.p).norm();
+        if (length > most * std::min(x.h, w.h) && metric_length(length, x.h, w.h) > most && (on_curve || length > (x.p - from.p).norm())) legal = false;
+    };
+    mesh_.for_each_outgoing(v, [&](int e) {
+        stretch(e, mesh_.target(e));
+        if (const int last = Connectivity::prev(e); mesh_.twin(last) < 0) stretch(last, mesh_.apex(e));
+    });
     double now = kLegalEnergy, then = 0;
     mesh_.for_each_outgoing(v, [&](int e) {
         const Vertex &a = vertices_[mesh_.target(e)], &b = vertices_[mesh_.apex(e)];
@@ -378,6 +395,7 @@ double Editor::energy_around(const std::vector<int>& around, Aim aim, double mea
     const double neutral = weighted(mean, aim);
     for (const int v : around) {
         if (!mesh_.is_live_vertex(v)) continue;
+        if (aim == Aim::Worst) sum += weighted(std::min(fan_energy(fan_ratio(v)), kLegalEnergy), aim) - 1;
         mesh_.for_each_outgoing(v, [&](int h) {
             const int t = h / 3;
             if (stamp_[t] == stamp_now_) return;
@@ -417,6 +435,7 @@ bool Editor::begin(Trial& trial, Operation operation, int h) {
     mesh_.record(&trial.journal);
     recording_ = &trial;
     switch (operation) {
+        case Operation::Move: return true;
         case Operation::Flip: return flip(h);
         case Operation::Collapse: return collapse(h);
         case Operation::Split: {
@@ -466,7 +485,7 @@ bool Editor::attempt(Operation operation, int h, Aim aim, double mean, Reach rea
             if (after > enough && after - enough > 2 * (rounds - round) * (last - after)) break;
             last = after;
         }
-        done = after < enough;
+        done = after < enough && is_allowed(around);
     }
     if (done) {
         trial.around = around;
@@ -531,6 +550,7 @@ bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
                     if (after > enough && after - enough > 2 * (kPairRounds - round) * (last - after)) break;
                     last = after;
                 }
+                if (done) done = is_allowed(around);
                 region.resize(known);
                 if (done) {
                     two.around = around;

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <span>
 #include <vector>
 
 namespace gradus {
@@ -83,6 +85,10 @@ inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c)
     return energy;
 }
 
+// Energy of a fan, for the aim at the worst: edges at a vertex are not to differ by much.
+inline constexpr double kUnevenFan = 2.2, kFanWeight = 0.5;
+inline double fan_energy(double ratio) { return ratio > kUnevenFan ? 1 + kFanWeight * (ratio - kUnevenFan) : 1; }
+
 // Energy of an edge of a feature curve, whose length no triangle asks for: 1 where it is the one asked for.
 inline constexpr double kLengthWeight = 0.1;
 inline double edge_energy(const Vertex& a, const Vertex& b) {
@@ -149,8 +155,16 @@ class Editor {
     std::pair<double, double> flip_energies(int h) const;
     double flip_rise(int h) const;
     double flip_height(int h) const;  // distance between the edges before and after, over the size
-    // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less at `mean`.
-    enum class Operation { Flip, Collapse, Split };
+    // Longest over shortest edge at a vertex.
+    double fan_ratio(int v) const;
+
+    // Says whether triangles may stay as they are now: those around these vertices.
+    using Guard = std::function<bool(const Editor&, std::span<const int> vertices)>;
+    void set_guard(Guard guard) { guard_ = std::move(guard); }
+
+    // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less at `mean`, and
+    // if the guard lets it.
+    enum class Operation { Move, Flip, Collapse, Split };
     enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too
     bool attempt(Operation operation, int h, Aim aim, double mean, Reach reach = Reach::Near);
     // Rise of the energy by a flip, before anything moves, up to which it may turn out well once the neighbours have moved too.
@@ -203,6 +217,9 @@ class Editor {
     void keep(const Trial& trial);
     void roll_back(Trial& trial);
 
+    bool is_allowed(std::span<const int> vertices) const { return !guard_ || guard_(*this, vertices); }
+
+    Guard guard_;
     Trial trials_[2];
     Trial* recording_ = nullptr;
     std::vector<int> touched_;

@@ -22,11 +22,13 @@ constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 // Bounds on the search for better worst triangles, in moves of a vertex; without them a map that jumps keeps it busy for minutes.
 constexpr long kMovesPerVertex = 20, kMovesByPairsPerVertex = 10, kMovesAtLeast = 20'000;
+constexpr long kMovesByPairs = 1000;    // of one triangle
 constexpr int kWorstRounds = 12;
 constexpr double kHopefulFlip = 1;     // rise of the energy, before anything moves, up to which a flip is tried
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
 constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
 constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
+constexpr double kWidestFan = 2.5;     // ratio of edges at a vertex up to which its triangles are as good as their shape
 constexpr double kSameQuality = 0.01;  // a triangle that changed less is not tried again
 
 struct LengthAt {
@@ -241,7 +243,9 @@ bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseR
                 edges.push_back(h);
                 edges.push_back(Connectivity::next(h));
             });
+    const long last_move = editor.moves() + kMovesByPairs;
     for (const int h : edges) {
+        if (editor.moves() > last_move) break;
         const int g = mesh.twin(h);
         const auto attempt = [&](Editor::Operation operation, int halfedge) {
             ++report.worst_attempts;
@@ -256,6 +260,14 @@ bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseR
     return false;
 }
 
+// Quality of a triangle, or less where a goal would be met but for edges at its corners that differ by much.
+double standing(const Editor& editor, int t, double goal) {
+    double standing = editor.quality(t);
+    for (const int v : editor.mesh().triangle(t))
+        if (const double ratio = editor.fan_ratio(v); ratio > kWidestFan) standing = std::min(standing, goal * kWidestFan / ratio);
+    return standing;
+}
+
 int count_below(const Editor& editor, double goal) {
     int below = 0;
     for (int t = 0; t < editor.mesh().num_triangles(); ++t)
@@ -263,9 +275,9 @@ int count_below(const Editor& editor, double goal) {
     return below;
 }
 
-// The same for the triangles below a goal, judged by a high power of the energy, worst first. The goal rises to the one asked for,
-// so that where many triangles are below it the bounded search goes to the worst of them.
-void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
+// The same for the triangles that do not stand a goal, judged by a high power of the energy, worst first. The goal rises to the one
+// asked for, so that where many triangles are below it the bounded search goes to the worst of them.
+void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report, bool heed_fans = false) {
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
     long vertices = 0;
@@ -277,8 +289,10 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         const Triangle v = mesh.triangle(t);
         return options.is_active(v[0]) || options.is_active(v[1]) || options.is_active(v[2]);
     };
+    std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their standing then
     for (const double share : {0.75, 0.85, 0.95, 1.0}) {
         const double goal = share * options.goal;
+        const auto standing_of = [&](int t) { return heed_fans && share == 1 ? standing(editor, t, goal) : editor.quality(t); };
         const auto by_pairs = [&](int t) {
             if (left_for_pairs <= 0 || editor.quality(t) >= goal - kFarBelow) return false;
             const long before = editor.moves();
@@ -286,23 +300,25 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
             left_for_pairs -= editor.moves() - before;
             return improved;
         };
-        std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their quality then
         for (int round = 0; round < kWorstRounds; ++round) {
             std::vector<std::pair<double, int>> bad;
-            for (int t = 0; t < mesh.num_triangles(); ++t)
-                if (mesh.is_live_triangle(t) && is_active(t) && !editor.is_frozen_triangle(t) && editor.quality(t) < goal) bad.emplace_back(editor.quality(t), t);
+            for (int t = 0; t < mesh.num_triangles(); ++t) {
+                if (!mesh.is_live_triangle(t) || !is_active(t) || editor.is_frozen_triangle(t)) continue;
+                if (const double now = standing_of(t); now < goal) bad.emplace_back(now, t);
+            }
             std::sort(bad.begin(), bad.end());
             int kept_now = 0;
             for (const auto& [was, t] : bad) {
                 if (!mesh.is_live_triangle(t) || editor.moves() >= last_move) continue;
+                const double now = standing_of(t);
+                if (now >= goal) continue;
                 const Triangle corners = mesh.triangle(t);
-                if (const auto tried = hopeless.find(corners); tried != hopeless.end() && std::abs(tried->second - editor.quality(t)) < kSameQuality) continue;
-                for (int sweep = 0; sweep < 3; ++sweep)
-                    for (const int v : corners) editor.relax(v, Aim::Worst);
-                if (editor.quality(t) >= goal || improve_around(editor, t, corners, mean, report) || by_pairs(t))
+                if (const auto tried = hopeless.find(corners); tried != hopeless.end() && std::abs(tried->second - now) < kSameQuality) continue;
+                const bool moved = editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
+                if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_pairs(t))
                     ++kept_now;
                 else
-                    hopeless[corners] = editor.quality(t);
+                    hopeless[corners] = standing_of(t);
             }
             if (kept_now == 0) break;
         }
@@ -322,11 +338,11 @@ void relax_worst(Editor& editor) {
 }  // namespace
 
 void take_report(const OptimiseReport& report, RemeshStatistics& statistics) {
-    statistics.splits = report.splits;
-    statistics.collapses = report.collapses;
-    statistics.flips = report.flips;
-    statistics.attempts = report.attempts + report.worst_attempts;
-    statistics.kept = report.kept + report.worst_kept;
+    statistics.splits += report.splits;
+    statistics.collapses += report.collapses;
+    statistics.flips += report.flips;
+    statistics.attempts += report.attempts + report.worst_attempts;
+    statistics.kept += report.kept + report.worst_kept;
     statistics.below_goal = report.below_goal;
 }
 
@@ -361,6 +377,14 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
     }
     if (!options.fast || !options.active.empty()) editor.renumber();
     clock.done("worst");
+    return report;
+}
+
+OptimiseReport polish(Editor& editor, double goal, StageClock& clock) {
+    OptimiseReport report;
+    attempt_for_worst(editor, {.goal = goal}, report, true);
+    editor.renumber();
+    clock.done("polishing");
     return report;
 }
 

@@ -31,4 +31,7 @@ void check_estimate(double predicted, const RemeshOptions& options);
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock);
 
+/// Only the search for better worst triangles, everywhere, by operations that the editor's guard lets pass.
+OptimiseReport polish(Editor& editor, double goal, StageClock& clock);
+
 }  // namespace gradus

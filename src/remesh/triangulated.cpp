@@ -24,7 +24,9 @@ constexpr double kBroken = 0.3;      // quality of elements that no mesh should 
 constexpr double kUnsplit = 2.5;     // metric length of edges that were to be split
 constexpr double kAround = 3;        // sizes
 constexpr int kMostAttempts = 3;     // to mend a mesh
-constexpr double kChanged = 0.05;    // of a size: edges stay unit where it changes by less
+// Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than they are worth.
+constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.85;
+constexpr double kChanged = 0.02;    // of a size: edges stay unit where it changes by less
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
 Eigen::Vector2d on_halfedge(int h, double s) {
@@ -367,15 +369,19 @@ std::vector<char> changed(const Editor& editor, std::span<const double> before, 
 }
 
 // Places where the mesh is none that could be the last: elements that are very bad, and edges that were to be split and could not be.
-std::vector<Vector3d> broken_places(const Editor& editor) {
+struct BrokenPlace {
+    Vector3d at;
+    double size;
+};
+std::vector<BrokenPlace> broken_places(const Editor& editor) {
     const Connectivity& mesh = editor.mesh();
-    std::vector<Vector3d> places;
+    std::vector<BrokenPlace> places;
     for (int t = 0; t < mesh.num_triangles(); ++t) {
         if (!mesh.is_live_triangle(t) || editor.is_frozen_triangle(t)) continue;
         bool broken = editor.quality(t) < kBroken;
         for (int h = 3 * t; h < 3 * t + 3; ++h) broken = broken || (!editor.is_frozen(h) && editor.longest_length(h) > kUnsplit && editor.length(h) > kUnsplit);
         const Triangle v = mesh.triangle(t);
-        if (broken) places.push_back((editor.vertex(v[0]).p + editor.vertex(v[1]).p + editor.vertex(v[2]).p) / 3);
+        if (broken) places.push_back({(editor.vertex(v[0]).p + editor.vertex(v[1]).p + editor.vertex(v[2]).p) / 3, editor.vertex(v[0]).h});
     }
     return places;
 }
@@ -437,6 +443,39 @@ SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& suppo
     return result;
 }
 
+// The triangles at some vertices, and those that touch them.
+MeshPart part_around(const Editor& editor, std::span<const int> vertices) {
+    const Connectivity& mesh = editor.mesh();
+    MeshPart part;
+    std::vector<int> triangles, corners;
+    const auto add_triangles_at = [&](int v) {
+        mesh.for_each_outgoing(v, [&](int h) {
+            if (std::find(triangles.begin(), triangles.end(), h / 3) == triangles.end()) triangles.push_back(h / 3);
+        });
+    };
+    const auto list_corners = [&] {
+        for (const int t : triangles)
+            for (const int v : mesh.triangle(t))
+                if (std::find(corners.begin(), corners.end(), v) == corners.end()) corners.push_back(v);
+    };
+    for (const int v : vertices)
+        if (mesh.is_live_vertex(v)) add_triangles_at(v);
+    part.changed = static_cast<int>(triangles.size());
+    list_corners();
+    for (std::size_t i = 0, inner = corners.size(); i < inner; ++i) add_triangles_at(corners[i]);
+    list_corners();
+    for (const int v : corners) {
+        part.points.push_back(editor.vertex(v).p);
+        part.places.push_back(editor.vertex(v).place.at);
+    }
+    for (const int t : triangles) {
+        Triangle numbers = mesh.triangle(t);
+        for (int& v : numbers) v = static_cast<int>(std::find(corners.begin(), corners.end(), v) - corners.begin());
+        part.triangles.push_back(numbers);
+    }
+    return part;
+}
+
 }  // namespace
 
 bool is_around(const Vector3d& p, double size, std::span<const Vector3d> places) {
@@ -444,7 +483,7 @@ bool is_around(const Vector3d& p, double size, std::span<const Vector3d> places)
 }
 
 RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options,
-                    const Recheck& recheck) {
+                    MeshChecks* checks) {
     RemeshResult result;
     RemeshStatistics& statistics = result.statistics;
     statistics.predicted_triangles = control.predicted_triangles();
@@ -460,7 +499,9 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     std::vector<Vector3d> in_vain;
     bool fitted = false;
     const auto run = [&](MeshStage stage, std::vector<char> active) {
-        take_report(optimise(*editor, {.fast = stage == MeshStage::Draft || options.fast, .goal = options.goal, .fitted = fitted, .active = std::move(active)}, clock), statistics);
+        const bool fast = stage == MeshStage::Draft || options.fast;
+        const double goal = checks ? std::min(kGoalOnTheWay, options.goal) : options.goal;
+        take_report(optimise(*editor, {.fast = fast, .goal = goal, .fitted = fitted, .active = std::move(active)}, clock), statistics);
         fitted = stage == MeshStage::Draft;
     };
     // Starts from a mesh with other sizes at its vertices.
@@ -473,36 +514,59 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
         support = std::move(on_it);
         own = std::move(finer);
     };
-    const auto recheck_now = [&](MeshStage stage) {
+    const auto check_now = [&](MeshStage stage) {
         result.mesh = export_mesh(surface, *support, *editor);
-        auto sizes = recheck ? recheck(result.mesh, stage, in_vain) : std::nullopt;
+        auto sizes = checks ? checks->sizes_after(result.mesh, stage, in_vain) : std::nullopt;
         clock.done("check");
         return sizes;
     };
     // Drafts until one is good enough.
-    if (recheck) {
+    if (checks) {
         run(MeshStage::Draft, {});
-        while (const auto sizes = recheck_now(MeshStage::Draft)) {
+        while (const auto sizes = check_now(MeshStage::Draft)) {
             start_from(editor->mesh(), editor->vertices(), *sizes);
             run(MeshStage::Draft, changed(*editor, result.mesh.sizes, *sizes));
         }
     }
     // Then the whole schedule, and again near what there is to mend.
     run(MeshStage::Final, {});
-    while (auto sizes = recheck_now(MeshStage::Final)) {
+    while (auto sizes = check_now(MeshStage::Final)) {
         const Connectivity mesh = editor->mesh();
         const std::vector<Vertex> vertices = editor->vertices();
-        const std::vector<Vector3d> broken_before = broken_places(*editor);
+        const std::vector<BrokenPlace> broken_before = broken_places(*editor);
         for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
             start_from(mesh, vertices, *sizes);
             run(MeshStage::Final, changed(*editor, result.mesh.sizes, *sizes));
             const auto known = in_vain.size();
-            for (const Vector3d& p : broken_places(*editor))
-                if (std::find(broken_before.begin(), broken_before.end(), p) == broken_before.end()) in_vain.push_back(p);
+            for (const BrokenPlace& broken : broken_places(*editor))
+                if (std::none_of(broken_before.begin(), broken_before.end(), [&](const BrokenPlace& b) { return is_around(broken.at, broken.size, {&b.at, 1}); }))
+                    in_vain.push_back(broken.at);
             if (in_vain.size() == known) break;
             // Where the mesh broke it was better before; if that is not enough, everywhere.
             for (std::size_t v = 0; v < vertices.size(); ++v)
                 if (attempt + 1 == kMostAttempts || is_around(vertices[v].p, vertices[v].h, std::span(in_vain).subspan(known))) (*sizes)[v] = result.mesh.sizes[v];
+        }
+    }
+    // Last what is not as good as it could be, without losing what was reached.
+    if (checks && !options.fast) {
+        const Connectivity mesh = editor->mesh();
+        const std::vector<Vertex> vertices = editor->vertices();
+        std::vector<Vector3d> barred;
+        for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
+            if (attempt > 1) editor = std::make_unique<Editor>(*support, vertices, mesh);
+            editor->set_guard([&](const Editor& now, std::span<const int> around) {
+                return std::none_of(around.begin(), around.end(), [&](int v) { return is_around(now.vertex(v).p, now.vertex(v).h, barred); }) &&
+                       checks->allows(part_around(now, around));
+            });
+            take_report(polish(*editor, std::min(kGoalOfPolish, options.goal), clock), statistics);
+            SurfaceMesh polished = export_mesh(surface, *support, *editor);
+            const std::vector<Vector3d> faults = checks->faults_of(polished);
+            clock.done("check");
+            if (faults.empty()) {
+                result.mesh = std::move(polished);
+                break;
+            }
+            barred.insert(barred.end(), faults.begin(), faults.end());
         }
     }
     return result;

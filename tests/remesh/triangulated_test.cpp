@@ -2,6 +2,8 @@
 #include "gradus/remesh/triangulated.hpp"
 
 #include <catch2/catch.hpp>
+#include <functional>
+#include <optional>
 #include <set>
 
 #include "gradus/control/control_space.hpp"
@@ -209,23 +211,38 @@ TEST_CASE("a map that asks for more triangles than allowed of a triangulation is
     CHECK_NOTHROW(remeshed(surface, uniform(0.3), {.max_triangles = 1000}));
 }
 
-TEST_CASE("a recheck is asked until it has nothing to say, and its sizes are taken", "[property]") {
+namespace {
+
+// Checks that only have sizes to give.
+class Sizes : public MeshChecks {
+  public:
+    using Rule = std::function<std::optional<std::vector<double>>(const SurfaceMesh& mesh, MeshStage stage)>;
+    explicit Sizes(Rule rule) : rule_(std::move(rule)) {}
+    std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Vector3d>) override { return rule_(mesh, stage); }
+
+  private:
+    Rule rule_;
+};
+
+}  // namespace
+
+TEST_CASE("checks are asked until they have nothing to say, and their sizes are taken", "[property]") {
     const Triangulation surface(triangulations::soup(triangulations::sphere(3)));
     const TriangulationBackground map = make_background(surface, uniform(0.4));
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support();
     bool last_had_nothing = false;
     int halved = 0;
-    const auto recheck = [&](const SurfaceMesh& mesh, MeshStage, std::span<const Vector3d>) -> std::optional<std::vector<double>> {
+    Sizes checks([&](const SurfaceMesh& mesh, MeshStage) -> std::optional<std::vector<double>> {
         last_had_nothing = halved == 1;
         if (last_had_nothing) return std::nullopt;
         ++halved;
         std::vector<double> sizes = mesh.sizes;
         for (double& h : sizes) h /= 2;
         return sizes;
-    };
+    });
     const std::size_t coarse = remesh({support, surface.features()}, control, map.cells).mesh.triangles.size();
-    const std::size_t fine = remesh({support, surface.features()}, control, map.cells, {}, recheck).mesh.triangles.size();
+    const std::size_t fine = remesh({support, surface.features()}, control, map.cells, {}, &checks).mesh.triangles.size();
     CHECK(last_had_nothing);
     CHECK(double(fine) / double(coarse) == Approx(4).epsilon(0.15));
 }
@@ -291,14 +308,14 @@ TEST_CASE("sizes that jump from vertex to vertex leave a sound mesh", "[property
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support();
     int rounds = 0;
-    const auto recheck = [&](const SurfaceMesh& mesh, MeshStage stage, std::span<const Vector3d>) -> std::optional<std::vector<double>> {
+    Sizes checks([&](const SurfaceMesh& mesh, MeshStage stage) -> std::optional<std::vector<double>> {
         if (stage == MeshStage::Draft || ++rounds > 2) return std::nullopt;
         std::vector<double> sizes = mesh.sizes;
         for (std::size_t v = 0; v < sizes.size(); v += 2)
             if ((mesh.points[v] - Vector3d(1, 0, 0)).norm() < 0.5) sizes[v] /= 20;
         return sizes;
-    };
-    const SurfaceMesh mesh = remesh({support, surface.features()}, control, map.cells, {}, recheck).mesh;
+    });
+    const SurfaceMesh mesh = remesh({support, surface.features()}, control, map.cells, {}, &checks).mesh;
     const MeshReport report = measure({mesh.points, mesh.triangles});
     CHECK(rounds == 3);
     CHECK(report.shape.area_length.min >= 0.3);

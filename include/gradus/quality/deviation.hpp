@@ -52,6 +52,11 @@ class DeviationProof {
     /// The next mesh. @param under  as for measure_deviation @throws std::invalid_argument as measure_deviation
     ProvedDeviation prove(const MeshView& mesh, std::span<const int> under);
 
+    /// Whether a part of a mesh, a disk about, keeps the limit as far as can be told without the rest: its first triangles everywhere, and
+    /// the surface at its vertices and along its edges where one of those is the closest of the part.
+    /// @param changed  number of the first triangles  @param under  a triangle of the surface near each vertex
+    bool is_kept_by(const MeshView& part, int changed, std::span<const int> under);
+
     double limit() const { return limit_; }
     const DistanceTarget& target() const { return target_; }  ///< the surface
 
@@ -63,6 +68,8 @@ class DeviationProof {
     ReferenceView reference_;
     double limit_;
     DistanceTarget target_;
+    std::vector<int> seen_;  // triangles of the surface, by the last part they were looked at for
+    int parts_ = 0;
     // Of the last mesh:
     std::vector<Eigen::Vector3d> points_;
     std::vector<Triangle> triangles_;

@@ -75,6 +75,11 @@ class DistanceTarget {
     double distance(const Eigen::Vector3d& p, int near = -1) const { return closest(p, near).distance; }
     ClosestTriangle::Hit closest(const Eigen::Vector3d& p, int near = -1) const { return tree().closest(p, near); }
 
+    /// The triangle that is reached from one by ever closer neighbours: the closest, where the surface is about flat.
+    ClosestTriangle::Hit descend(const Eigen::Vector3d& p, int from) const;
+    /// Whether the foot of p in the plane of a triangle is inside.
+    bool is_over(const Eigen::Vector3d& p, int triangle) const;
+
     /// Triangles within a distance of a point, by index.
     std::vector<int> within(const Eigen::Vector3d& p, double distance) const { return tree().within(p, distance); }
 

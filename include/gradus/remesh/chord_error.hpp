@@ -21,7 +21,7 @@ SizingRule rule_within(double chord_error, SizingRule rule = {});
 struct ChordErrorOptions {
     std::optional<GradationOptions> gradation = {};  ///< that sizes have, and have again once they were lowered; without required sizes
     double hmin = 0;                                 ///< sizes are lowered no farther, unit of length, >= 0
-    RemeshOptions remesh = {};                       ///< its goal counts up to .8: a search for better costs more than it finds in mesh after mesh
+    RemeshOptions remesh = {};
     std::function<void(const SurfaceMesh&)> on_check = {};  ///< called with each mesh that is going to be checked
 };
 

@@ -5,7 +5,6 @@
 #include "gradus/remesh/support.hpp"
 #include "gradus/surface/smooth_support.hpp"
 
-#include <functional>
 
 namespace gradus {
 
@@ -73,20 +72,40 @@ struct TriangulatedSurface {
 };
 
 enum class MeshStage { Draft, Final };
-/// Looks at a mesh and says what sizes at its vertices to go on with, or nothing where it is good. Called for drafts first, then for
-/// meshes that may be the last.
-/// @param in_vain  places where lower sizes broke the mesh, which was put back there: lower ones are not to be asked for again
-using Recheck = std::function<std::optional<std::vector<double>>(const SurfaceMesh& mesh, MeshStage stage, std::span<const Eigen::Vector3d> in_vain)>;
+
+/// Some triangles of a mesh in numbers of their own: those that changed, and after them those around.
+struct MeshPart {
+    std::vector<Eigen::Vector3d> points;
+    std::vector<SurfacePoint> places;  ///< on the triangulation
+    std::vector<Triangle> triangles;
+    int changed = 0;                   ///< number of the first triangles
+};
+
+/// Looks at meshes while they are made.
+class MeshChecks {
+  public:
+    virtual ~MeshChecks() = default;
+    /// What sizes at its vertices to go on with, or nothing where the mesh is good. Called for drafts first, then for meshes that may be
+    /// the last.
+    /// @param in_vain  places where lower sizes broke the mesh, which was put back there: lower ones are not to be asked for again
+    virtual std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Eigen::Vector3d> in_vain) = 0;
+    /// Whether triangles of the last mesh may be replaced by those that changed.
+    virtual bool allows(const MeshPart&) { return true; }
+    /// Where the mesh that came of such replacements is worse than the last: nowhere, and it is taken instead.
+    virtual std::vector<Eigen::Vector3d> faults_of(const SurfaceMesh&) { return {}; }
+};
+
 /// Whether a vertex of some size is around one of these places: within three sizes.
 bool is_around(const Eigen::Vector3d& p, double size, std::span<const Eigen::Vector3d> places);
 
 /// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features, corners and
 /// topology are kept, and so is what is required. Places of the result name triangles of the triangulation.
 /// @throws std::invalid_argument for required elements as frozen_elements does
-/// @param control  not looked at any more once `recheck` gave sizes and is called again: it may be gone by then
+/// @param control  not looked at any more once `checks` gave sizes and is called again: it may be gone by then
+/// @param checks   null: none
 /// @param cells    for each vertex of the triangulation a triangle of the control space at it
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
 RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options = {},
-                    const Recheck& recheck = {});
+                    MeshChecks* checks = nullptr);
 
 }  // namespace gradus
