@@ -23,6 +23,7 @@ constexpr int kKept = 4096;      // patches
 constexpr double kBroken = 0.3;      // quality of elements that no mesh should have
 constexpr double kUnsplit = 2.5;     // metric length of edges that were to be split
 constexpr double kAround = 3;        // sizes
+constexpr double kSamePlace = 0.25;  // sizes: what was broken and moved is broken as before
 constexpr int kMostAttempts = 3;     // to mend a mesh
 // Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than they are worth.
 constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.85;
@@ -503,6 +504,7 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
         const double goal = checks ? std::min(kGoalOnTheWay, options.goal) : options.goal;
         take_report(optimise(*editor, {.fast = fast, .goal = goal, .fitted = fitted, .active = std::move(active)}, clock), statistics);
         fitted = stage == MeshStage::Draft;
+        if (getenv("GTRACE")) { const auto b = broken_places(*editor); fprintf(stderr, "stage %d tri %d broken %zu", int(stage), editor->mesh().num_triangles(), b.size()); for (size_t i = 0; i < std::min<size_t>(b.size(), 4); ++i) fprintf(stderr, " [%g %g %g / %g]", b[i].at.x(), b[i].at.y(), b[i].at.z(), b[i].size); fprintf(stderr, "\n"); }
     };
     // Starts from a mesh with other sizes at its vertices.
     const auto start_from = [&](const Connectivity& mesh, const std::vector<Vertex>& vertices, std::span<const double> sizes) {
@@ -538,9 +540,10 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
             start_from(mesh, vertices, *sizes);
             run(MeshStage::Final, changed(*editor, result.mesh.sizes, *sizes));
             const auto known = in_vain.size();
-            for (const BrokenPlace& broken : broken_places(*editor))
-                if (std::none_of(broken_before.begin(), broken_before.end(), [&](const BrokenPlace& b) { return is_around(broken.at, broken.size, {&b.at, 1}); }))
-                    in_vain.push_back(broken.at);
+            for (const BrokenPlace& broken : broken_places(*editor)) {
+                const auto is_same = [&](const BrokenPlace& before) { return (before.at - broken.at).norm() < kSamePlace * broken.size; };
+                if (std::none_of(broken_before.begin(), broken_before.end(), is_same)) in_vain.push_back(broken.at);
+            }
             if (in_vain.size() == known) break;
             // Where the mesh broke it was better before; if that is not enough, everywhere.
             for (std::size_t v = 0; v < vertices.size(); ++v)
