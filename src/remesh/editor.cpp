@@ -19,8 +19,6 @@ constexpr double kOpposed = 0.2;  // cosine of the angle between normals: the en
 constexpr double kDeep = 0.5;     // over the size
 constexpr double kLongestBridge2 = 1;     // of the halves, squared, over the edge that is split, where its ends are on the walls of a crevice
 constexpr double kLongestHalf2 = 0.72;    // squared, over the edge that is split
-constexpr double kAside2 = 1e-4, kInLine2 = 1e-2;  // squared, over the edge that is split
-constexpr double kFlatCosine = 0.8;
 constexpr double kFarthestMiddle2 = 0.3;  // the same on a feature curve, which may be half a circle
 constexpr double kLongestByCollapse = 1.85;  // in the metric
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
@@ -370,11 +368,6 @@ int Editor::split(int h) {
             if (!foot) foot = support_.move(second.place, second.p, middle);
             if (!foot) return -1;
         }
-        // Where the surface is flat the halves are to be in line: beside needles there is no room.
-        const Eigen::Vector3d off = middle - foot->point, aside = off - off.dot(foot->normal) * foot->normal;
-        const double length2 = (va.p - vb.p).squaredNorm();
-        if (aside.squaredNorm() > kAside2 * length2 && off.squaredNorm() < kInLine2 * length2 && std::min(foot->normal.dot(va.n), foot->normal.dot(vb.n)) > kFlatCosine)
-            if (const auto in_line = support_.move(foot->place, foot->point, middle)) foot = in_line;
         // On a sharply curved part the middle of the chord may be reached on another sheet.
         if (std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) > longest2 * (va.p - vb.p).squaredNorm()) return -1;
         take_foot(m, *foot);

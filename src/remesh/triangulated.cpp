@@ -17,6 +17,8 @@ using Eigen::Vector3d;
 constexpr double kNear2 = 1e-2;  // squared: a tenth of the way is near enough
 constexpr int kMostSteps = 3;
 constexpr double kLongestSection = 4;  // between two places, over their distance
+constexpr double kInside = 0.02;           // least weight of a corner, off the sides of a facet
+constexpr double kAside2 = 1e-6, kInLine2 = 1e-2;  // squared, over the distance of two places
 constexpr double kNearFold = 0.25;       // over the size
 constexpr int kMostNear = 64;            // triangles
 constexpr int kKept = 4096;      // patches
@@ -268,7 +270,17 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
             }
         }
     });
-    return middle ? std::optional(foot(*middle)) : std::nullopt;
+    if (!middle) return std::nullopt;
+    const Foot half = foot(*middle);
+    // Inside a flat facet the halves are to be in line, though the surface over it is not that of the facet: beside needles there is no room.
+    const std::array<double, 3> w = weights(*middle);
+    if (*std::min_element(w.begin(), w.end()) < kInside) return half;
+    const auto over = [&](const Place& p) { return patch(p.at.patch).point(p.at.uv.x(), p.at.uv.y()); };
+    const Vector3d chord_middle = (over(a) + over(b)) / 2, off = chord_middle - half.point, aside = off - off.dot(half.normal) * half.normal;
+    const double length2 = along.squaredNorm();
+    if (aside.squaredNorm() < kAside2 * length2 || off.squaredNorm() > kInLine2 * length2) return half;
+    const auto in_line = move(half.place, half.point, chord_middle);
+    return in_line ? in_line : half;
 }
 
 // The half-edge under a place of a curve, and how far along it.
