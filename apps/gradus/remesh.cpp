@@ -11,6 +11,8 @@
 #include "files.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/output_file.hpp"
+#include "gradus/mesh/order.hpp"
+#include "gradus/mesh/repair.hpp"
 #include "gradus/remesh/parametric.hpp"
 #include "json.hpp"
 #include "output.hpp"
@@ -137,13 +139,20 @@ Made mesh_patches(const Options& options, const std::optional<GradationOptions>&
 }
 
 Made mesh_triangles(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
-    const auto surface = stages.run("reading", [&] { return std::shared_ptr<const Triangulation>(load_triangulation(options.in, options.surface, options.sizing, options.session)); });
+    OrderedTriangulation ordered = stages.run("reading", [&] { return load_ordered(options.in, options.surface, options.sizing, options.session); });
+    const std::shared_ptr<const Triangulation> surface = std::move(ordered.surface);
     GivenSizes given;
     if (!options.sizes.empty()) {
         given = stages.run("size map", [&] { return read_given_sizes(options.sizes, options.background, *surface); });
         if (!gradation) require_finite(options.sizes, given.sizes);
+        if (!given.background) reorder(given.sizes, ordered.point_source);
     }
-    const Fields fields = stages.run("reading fields", [&] { return load_fields(options.in, options.surface.repair, options.fields); });
+    const Fields fields = stages.run("reading fields", [&] {
+        Fields read = load_fields(options.in, options.surface.repair, options.fields);
+        read.points = follow(read.points, ordered.point_source);
+        read.cells = follow(read.cells, ordered.triangle_source);
+        return read;
+    });
     const SizingRule rule = rule_of(options.sizing, limits_for(surface->diagonal()));
     const auto mesh = std::make_shared<const TriangulatedMesh>(
         mesh_triangulation(*surface, rule, given, gradation, remesh_options(options), options.sizing.hmin.has_value(), stages));

@@ -12,6 +12,7 @@
 #include "gradus/io/required_file.hpp"
 #include "gradus/mesh/diagnose.hpp"
 #include "gradus/mesh/labels.hpp"
+#include "gradus/mesh/order.hpp"
 
 namespace gradus::app {
 
@@ -74,11 +75,17 @@ void check_for_patches(const TriangulationChoice& choice) {
         throw UsageError(fmt::format("{} is for triangle meshes, not for patches", choice.freeze.empty() ? "--freeze-list" : "--freeze"));
 }
 
-std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const TriangulationChoice& choice, const SizingOptions& sizing, const Session& session) {
+namespace {
+
+TriangleSoup load_soup(const std::string& path, const TriangulationChoice& choice, const Session& session) {
     TriangleSoup soup = read_mesh(path);
     add_required(path, choice, soup);
     soup = sound(path, std::move(soup), choice.repair, session);
     if (soup.triangles.empty()) throw Failure(path + ": holds no triangles");
+    return soup;
+}
+
+std::unique_ptr<Triangulation> triangulation_of(const std::string& path, TriangleSoup soup, const TriangulationChoice& choice, const SizingOptions& sizing) {
     TriangulationOptions options;
     options.features.angle = choice.feature_angle * std::numbers::pi / 180;
     options.features.weak_angle = std::min(options.features.weak_angle, 0.6 * options.features.angle);
@@ -97,6 +104,19 @@ std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());
     }
+}
+
+}  // namespace
+
+std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const TriangulationChoice& choice, const SizingOptions& sizing, const Session& session) {
+    return triangulation_of(path, load_soup(path, choice, session), choice, sizing);
+}
+
+OrderedTriangulation load_ordered(const std::string& path, const TriangulationChoice& choice, const SizingOptions& sizing, const Session& session) {
+    TriangleSoup soup = load_soup(path, choice, session);
+    const bool names_elements = !soup.required.empty() || !soup.edges.empty() || !soup.corners.empty();
+    Ordered ordered = names_elements ? as_it_is(std::move(soup)) : along_curve(std::move(soup));
+    return {triangulation_of(path, std::move(ordered.soup), choice, sizing), std::move(ordered.point_source), std::move(ordered.triangle_source)};
 }
 
 GivenSizes read_given_sizes(const std::string& sizes, const std::string& background, const Triangulation& surface) {

