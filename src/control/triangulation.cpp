@@ -30,7 +30,7 @@ constexpr double kFlat = 1e-3;           // of the size: two triangles are flat 
 constexpr double kNearlyDelaunay = 1e-9;
 constexpr std::size_t kMostFlips = 20;  // looks at an edge, on average
 constexpr double kFarthestOff = 0.01;   // of the diagonal: meshes of the same surface are nearer to each other
-constexpr double kEdgeShare = 2.2;      // of the rule's chord error, that single edges of the triangulation may be cut off by
+constexpr double kEdgeShare = 2.4;      // of the rule's chord error, that single edges of the triangulation may be cut off by
 // Squares of areas and of curvatures, and products of them with lengths, are to be doubles.
 constexpr double kLargestCoordinate = 1e40, kLeastDiagonal = 1e-40;
 

@@ -28,8 +28,8 @@ constexpr double kAround = 3;        // sizes
 constexpr double kSamePlace = 0.25;  // sizes: what was broken and moved is broken as before
 constexpr int kMostAttempts = 3;     // to mend a mesh
 // Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than they are worth.
-constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.82;
-constexpr double kChanged = 0.02;    // of a size: edges stay unit where it changes by less
+constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.85;
+constexpr double kChanged = 0.005;    // of a size: edges stay unit where it changes by less
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
 Eigen::Vector2d on_halfedge(int h, double s) {
