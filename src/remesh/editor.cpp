@@ -230,6 +230,8 @@ double Editor::relax(int v, Aim aim) {
     return part;
 }
 
+int Editor::least_valence(int v) const { return mesh_.is_boundary_vertex(v) || vertices_[v].lean == kAnyNormal ? 3 : 4; }
+
 int Editor::flip_gain(int h) const {
     const int g = mesh_.twin(h);
     const auto change = [&](int v, int by) {
@@ -260,7 +262,7 @@ int Editor::split_gain(int h) const {
 bool Editor::can_flip(int h) const {
     const int g = mesh_.twin(h);
     if (g < 0 || mesh_.tag(h) >= 0) return false;
-    const auto spare = [&](int v) { return mesh_.valence(v) > (mesh_.is_boundary_vertex(v) ? 3 : 4); };
+    const auto spare = [&](int v) { return mesh_.valence(v) > least_valence(v); };
     return spare(mesh_.origin(h)) && spare(mesh_.target(h)) && mesh_.find_edge(mesh_.apex(h), mesh_.apex(g)) < 0;
 }
 
@@ -303,7 +305,7 @@ bool Editor::can_collapse(int h) const {
     if (v.bound == Bound::Curve && mesh_.tag(h) != support_.chain_of(v.place.curve)) return false;
     if (!mesh_.can_collapse(h)) return false;
     const int g = mesh_.twin(h);
-    const auto left = [&](int x) { return mesh_.valence(x) > (mesh_.is_boundary_vertex(x) ? 3 : 4); };
+    const auto left = [&](int x) { return mesh_.valence(x) > least_valence(x); };
     if (!left(mesh_.apex(h)) || (g >= 0 && !left(mesh_.apex(g)))) return false;
     // The two edges that become one on either side must not both be features.
     const auto clash = [&](int side) { return mesh_.tag(Connectivity::next(side)) >= 0 && mesh_.tag(Connectivity::prev(side)) >= 0; };
