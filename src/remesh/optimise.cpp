@@ -22,7 +22,7 @@ constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 // Bounds on the search for better worst triangles, in moves of a vertex; without them a map that jumps keeps it busy for minutes.
 constexpr long kMovesPerVertex = 20, kMovesByPairsPerVertex = 10, kMovesAtLeast = 20'000;
-constexpr long kMovesByPairs = 1000;    // of one triangle
+constexpr long kMovesByPairs = 5000;    // of one triangle
 constexpr int kWorstRounds = 12;
 constexpr double kHopefulFlip = 1;     // rise of the energy, before anything moves, up to which a flip is tried
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
@@ -289,8 +289,8 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         const Triangle v = mesh.triangle(t);
         return options.is_active(v[0]) || options.is_active(v[1]) || options.is_active(v[2]);
     };
-    std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their standing then
     for (const double share : {0.75, 0.85, 0.95, 1.0}) {
+        std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their standing then
         const double goal = share * options.goal;
         const auto standing_of = [&](int t) { return heed_fans && share == 1 ? standing(editor, t, goal) : editor.quality(t); };
         const auto by_pairs = [&](int t) {
