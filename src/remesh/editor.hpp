@@ -86,7 +86,7 @@ inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c)
 }
 
 // Energy of a fan, for the aim at the worst: edges at a vertex are not to differ by much.
-inline constexpr double kUnevenFan = 2.2, kFanWeight = 0.5;
+inline constexpr double kUnevenFan = 2, kFanWeight = 1;
 inline double fan_energy(double ratio) { return ratio > kUnevenFan ? 1 + kFanWeight * (ratio - kUnevenFan) : 1; }
 
 // Energy of an edge of a feature curve, whose length no triangle asks for: 1 where it is the one asked for.

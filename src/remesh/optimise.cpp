@@ -28,7 +28,7 @@ constexpr double kHopefulFlip = 1;     // rise of the energy, before anything mo
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
 constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
 constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
-constexpr double kWidestFan = 2.5;     // ratio of edges at a vertex up to which its triangles are as good as their shape
+constexpr double kWidestFan = 2.3;     // ratio of edges at a vertex up to which its triangles are as good as their shape
 constexpr double kSameQuality = 0.01;  // a triangle that changed less is not tried again
 
 struct LengthAt {
