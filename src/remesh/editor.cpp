@@ -22,6 +22,7 @@ constexpr double kLongestHalf2 = 0.72;    // squared, over the edge that is spli
 constexpr double kFarthestMiddle2 = 0.3;  // the same on a feature curve, which may be half a circle
 constexpr double kLongestByCollapse = 1.85;  // in the metric
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
+constexpr double kWorseByHalving = 1.6;  // energy over that of the whole: a needle's halves are up to 1.5 times as bad
 constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
 
 // First and second derivatives of the energy sum in a tangent plane.
@@ -383,7 +384,7 @@ int Editor::split(int h) {
         then = std::max({then, triangle_energy(a, m, c), triangle_energy(m, b, c)});
     }
     // Of a needle's halves one is worse than the whole was, until the other long side is split too.
-    if (then > 2 * now) return -1;
+    if (then > kWorseByHalving * now) return -1;
     const int v = mesh_.split(h);
     if (v >= static_cast<int>(vertices_.size())) vertices_.resize(v + 1);
     stamp_.resize(mesh_.num_triangles(), 0);
