@@ -357,7 +357,7 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
     const int sweeps = options.fast ? 1 : 2;
     for (int round = 0; round < (options.fast || options.fitted ? 1 : kFitRounds); ++round) {
         // Needles that are given leave no room for halves beside them: those that are thin go first.
-        if (round == 0 && options.active.empty() && !options.fitted) report.collapses += collapse_short(editor, options);
+        if (round == 0 && options.given) report.collapses += collapse_short(editor, options);
         split_long(editor, options, report);
         report.collapses += collapse_short(editor, options);
         // What is next to each other in space is next to each other in memory from here on.

@@ -10,6 +10,7 @@ namespace gradus {
 struct OptimiseOptions {
     bool fast = false;     // a lighter schedule: no attempts beyond fitting, flips and smoothing
     double goal = 0.90;    // area-length quality asked of the worst triangle
+    bool given = false;    // the mesh may have triangles of any shape
     bool fitted = false;   // the mesh has about the sizes asked for
     /// Vertices to work at, and around what changes there; new ones count as well. Empty: all.
     std::vector<char> active = {};

@@ -510,11 +510,12 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     clock.done("assembly");
     std::unique_ptr<ControlSpace> own;  // of the last mesh, with lower sizes
     std::vector<Vector3d> in_vain;
-    bool fitted = false;
+    bool given = true, fitted = false;
     const auto run = [&](MeshStage stage, std::vector<char> active) {
         const bool fast = stage == MeshStage::Draft || options.fast;
         const double goal = checks ? std::min(kGoalOnTheWay, options.goal) : options.goal;
-        take_report(optimise(*editor, {.fast = fast, .goal = goal, .fitted = fitted, .active = std::move(active)}, clock), statistics);
+        take_report(optimise(*editor, {.fast = fast, .goal = goal, .given = given, .fitted = fitted, .active = std::move(active)}, clock), statistics);
+        given = false;
         fitted = stage == MeshStage::Draft;
         if (getenv("GTRACE")) { const auto b = broken_places(*editor); fprintf(stderr, "stage %d tri %d broken %zu", int(stage), editor->mesh().num_triangles(), b.size()); for (size_t i = 0; i < std::min<size_t>(b.size(), 4); ++i) fprintf(stderr, " [%g %g %g / %g]", b[i].at.x(), b[i].at.y(), b[i].at.z(), b[i].size); fprintf(stderr, "\n"); }
     };

@@ -193,7 +193,7 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
         REQUIRE(run(folder, "remesh in.off -o alone.off --shock 1.5" + sizing).code == 0);
         // Not to the last bit: alone it numbers the triangulation anew, and cuts equal edges of the background in another order.
         const TriangleSoup out = read_mesh(folder / "out.off"), alone = read_mesh(folder / "alone.off");
-        CHECK(double(out.triangles.size()) == Approx(double(alone.triangles.size())).epsilon(0.02));
+        CHECK(double(out.triangles.size()) == Approx(double(alone.triangles.size())).epsilon(0.04));
         CHECK(bound_between(out, alone) < 0.02);
     }
     SECTION("sizes on the input's own vertices say less: the insides of the caps are as fine as their rims") {
