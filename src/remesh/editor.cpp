@@ -231,22 +231,23 @@ double Editor::relax(int v, Aim aim) {
     return part;
 }
 
+int Editor::valence_penalty(int v, int by) const {
+    return vertices_[v].lean == kAnyNormal ? 0 : penalty(mesh_.valence(v) + by, mesh_.is_boundary_vertex(v));
+}
+
 int Editor::least_valence(int v) const { return mesh_.is_boundary_vertex(v) || vertices_[v].lean == kAnyNormal ? 3 : 4; }
 
 int Editor::flip_gain(int h) const {
     const int g = mesh_.twin(h);
-    const auto change = [&](int v, int by) {
-        const bool boundary = mesh_.is_boundary_vertex(v);
-        return penalty(mesh_.valence(v), boundary) - penalty(mesh_.valence(v) + by, boundary);
-    };
+    const auto change = [&](int v, int by) { return valence_penalty(v, 0) - valence_penalty(v, by); };
     return change(mesh_.origin(h), -1) + change(mesh_.target(h), -1) + change(mesh_.apex(h), 1) + change(mesh_.apex(g), 1);
 }
 
 int Editor::collapse_gain(int h) const {
     const int v = mesh_.origin(h), w = mesh_.target(h), g = mesh_.twin(h);
-    const auto of = [&](int x, int by) { return penalty(mesh_.valence(x) + by, mesh_.is_boundary_vertex(x)); };
+    const auto of = [&](int x, int by) { return valence_penalty(x, by); };
     const int shared = g < 0 ? 1 : 2;
-    int gain = of(v, 0) + of(w, 0) - penalty(mesh_.valence(v) + mesh_.valence(w) - 2 - shared, mesh_.is_boundary_vertex(w));
+    int gain = of(v, 0) + of(w, 0) - of(w, mesh_.valence(v) - 2 - shared);
     gain += of(mesh_.apex(h), 0) - of(mesh_.apex(h), -1);
     if (g >= 0) gain += of(mesh_.apex(g), 0) - of(mesh_.apex(g), -1);
     return gain;
@@ -254,7 +255,7 @@ int Editor::collapse_gain(int h) const {
 
 int Editor::split_gain(int h) const {
     const int g = mesh_.twin(h);
-    const auto of = [&](int x, int by) { return penalty(mesh_.valence(x) + by, mesh_.is_boundary_vertex(x)); };
+    const auto of = [&](int x, int by) { return valence_penalty(x, by); };
     int gain = of(mesh_.apex(h), 0) - of(mesh_.apex(h), 1) - (g < 0 ? penalty(3, true) : penalty(4, false));
     if (g >= 0) gain += of(mesh_.apex(g), 0) - of(mesh_.apex(g), 1);
     return gain;

@@ -189,3 +189,75 @@ TEST_CASE("a deviation is no less than that of samples, and proofs name what is 
     CHECK_THROWS_AS(measure_deviation(base.view(), made.mesh.view(), {}), std::invalid_argument);
     CHECK_THROWS_AS(DeviationProof(base.view(), 1).prove(made.mesh.view(), {}), std::invalid_argument);
 }
+
+namespace {
+
+// The triangles at a vertex, and after them those that touch them.
+struct Part {
+    Mesh mesh;
+    int changed = 0;
+    std::vector<int> vertex;  // of the whole mesh
+};
+Part part_at(const Mesh& mesh, int v) {
+    Part part;
+    std::vector<int> chosen;
+    std::set<int> near;
+    const auto has = [](const Triangle& t, int vertex) { return std::find(t.begin(), t.end(), vertex) != t.end(); };
+    for (int t = 0; t < std::ssize(mesh.triangles); ++t)
+        if (has(mesh.triangles[t], v)) chosen.push_back(t), near.insert(mesh.triangles[t].begin(), mesh.triangles[t].end());
+    part.changed = static_cast<int>(chosen.size());
+    for (int t = 0; t < std::ssize(mesh.triangles); ++t)
+        if (!has(mesh.triangles[t], v) && std::any_of(near.begin(), near.end(), [&](int x) { return has(mesh.triangles[t], x); })) chosen.push_back(t);
+    std::map<int, int> number;
+    for (const int t : chosen) {
+        Triangle own = mesh.triangles[t];
+        for (int& x : own) {
+            const auto [it, is_new] = number.try_emplace(x, static_cast<int>(part.vertex.size()));
+            if (is_new) part.vertex.push_back(x), part.mesh.points.push_back(mesh.points[x]);
+            x = it->second;
+        }
+        part.mesh.triangles.push_back(own);
+    }
+    return part;
+}
+
+}  // namespace
+
+TEST_CASE("a part of a mesh keeps the limit where the mesh does, and not where a vertex of either surface sticks out", "[property]") {
+    const Case made = case_of(0);
+    Mesh surface = made.surface;
+    double deviation = 0;
+    {
+        const Base base(surface);
+        deviation = measure_deviation(base.view(), made.mesh.view(), base.under(made.mesh)).bound();
+    }
+    const double limit = 1.05 * deviation;
+    // One vertex of the surface is pulled out.
+    const int spike = 100;
+    surface.points[spike] *= 1 + 3 * limit;
+    const Base base(surface);
+    DeviationProof proof(base.view(), limit);
+    int beside_spike = 0;
+    for (int v = 0; v < std::ssize(made.mesh.points); v += 7) {
+        CAPTURE(v);
+        Part part = part_at(made.mesh, v);
+        const bool under_spike = DistanceTarget({part.mesh.points, std::span(part.mesh.triangles).first(part.changed)}).distance(surface.points[spike]) <
+                                 DistanceTarget(made.mesh.view()).distance(surface.points[spike]) * (1 + 1e-12);
+        beside_spike += under_spike;
+        const bool near_spike = (made.mesh.points[v] - surface.points[spike]).norm() < 0.5;
+        if (!near_spike || under_spike) CHECK(proof.is_kept_by(part.mesh.view(), part.changed, base.under(part.mesh)) == !under_spike);
+        if (near_spike) continue;
+        const int own = static_cast<int>(std::find(part.vertex.begin(), part.vertex.end(), v) - part.vertex.begin());
+        for (const double push : {3.0, -3.0}) {
+            Mesh pushed = part.mesh;
+            pushed.points[own] *= 1 + push * limit;
+            CHECK_FALSE(proof.is_kept_by(pushed.view(), part.changed, base.under(pushed)));
+        }
+    }
+    CHECK(beside_spike <= 3);
+    // That one was looked at.
+    const DistanceTarget over(made.mesh.view());
+    const int under = made.mesh.triangles[over.closest(surface.points[spike]).triangle][0];
+    const Part part = part_at(made.mesh, under);
+    CHECK_FALSE(proof.is_kept_by(part.mesh.view(), part.changed, base.under(part.mesh)));
+}

@@ -321,3 +321,65 @@ TEST_CASE("sizes that jump from vertex to vertex leave a sound mesh", "[property
     CHECK(report.shape.area_length.min >= 0.3);
     CHECK(report.topology.euler == 2);
 }
+
+namespace {
+
+// Lets nothing change once the meshes are as good as the sizes make them.
+class Unyielding : public MeshChecks {
+  public:
+    std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage, std::span<const Vector3d>) override {
+        last = mesh;
+        return std::nullopt;
+    }
+    bool allows(const MeshPart& part) override {
+        ++asked;
+        CHECK(part.changed > 0);
+        CHECK(part.changed < std::ssize(part.triangles));
+        CHECK(part.places.size() == part.points.size());
+        return false;
+    }
+
+    SurfaceMesh last;
+    int asked = 0;
+};
+
+std::vector<std::array<double, 3>> sorted_points(const SurfaceMesh& mesh) {
+    std::vector<std::array<double, 3>> points;
+    for (const Vector3d& p : mesh.points) points.push_back({p.x(), p.y(), p.z()});
+    std::sort(points.begin(), points.end());
+    return points;
+}
+
+}  // namespace
+
+TEST_CASE("what checks do not allow is not done", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::cube(3)));
+    const TriangulationBackground map = make_background(surface, uniform(0.17));
+    const ControlSpace control(map.background, map.sizes);
+    const SmoothSupport support = surface.support();
+    Unyielding checks;
+    const SurfaceMesh mesh = remesh({support, surface.features()}, control, map.cells, {}, &checks).mesh;
+    CHECK(checks.asked > 0);
+    CHECK(sorted_points(mesh) == sorted_points(checks.last));
+    CHECK(mesh.triangles.size() == checks.last.triangles.size());
+}
+
+TEST_CASE("sizes far below coarse, uneven facets that are no features leave no needles", "[property]") {
+    const unsigned seed = GENERATE(1u, 2u, 3u, 4u);
+    CAPTURE(seed);
+    const Triangulation surface(triangulations::soup(triangulations::sphere(1, 1, 0.3, seed)), kUnfeatured);
+    const TriangulationBackground map = make_background(surface, uniform(0.06));
+    const ControlSpace control(map.background, map.sizes);
+    const SmoothSupport support = surface.support({.largest_bulge = 0.01});
+    const SurfaceMesh mesh = remesh({support, surface.features()}, control, map.cells).mesh;
+    const MeshReport report = measure({mesh.points, mesh.triangles}, {.sizes = mesh.sizes});
+    CHECK(report.shape.area_length.min >= 0.6);
+    CHECK(report.shape.area_length.mean >= 0.96);
+    CHECK(report.topology.euler == 2);
+    CHECK(report.edges->unit_share >= 0.98);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (int k = 0; k < 3; ++k) {
+            const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+            CHECK((mesh.points[a] - mesh.points[b]).norm() < 2 * mesh.sizes[a]);
+        }
+}
