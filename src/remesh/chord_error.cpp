@@ -28,6 +28,7 @@ constexpr double kShareOfBulge = 0.2;               // of the chord error, for t
 constexpr int kMostDrafts = 3;
 constexpr int kMostLowerings = 24;
 constexpr int kMostAtOnePlace = 8;    // what eight times did not mend there, smaller sizes will not
+constexpr int kSecondChances = 2;     // for places that lower sizes broke
 constexpr int kMostInVain = 4;        // meshes in a row that are no better than those before
 constexpr double kProgress = 0.95;    // of the smallest deviation so far: what counts as better
 constexpr double kSampleShare = 0.9;  // of the chord error, for the samples of triangles that are likely to keep it
@@ -115,10 +116,12 @@ class ChordErrorCheck : public MeshChecks {
 
     std::vector<Vector3d> faults_of(const SurfaceMesh& mesh) override {
         const ProvedDeviation proved = proof().prove(view_of(mesh), triangles_under(mesh.places));
+        if (proved.deviation.bound() <= std::max(chord_error_, made_.deviation.bound())) {
+            take(proved);
+            return {};
+        }
         std::vector<Vector3d> faults;
-        if (proved.deviation.bound() <= std::max(chord_error_, made_.deviation.bound())) made_.deviation = proved.deviation;
-        else
-            for (const TooFar& f : proved.at_fault) faults.push_back(f.point);
+        for (const TooFar& f : proved.at_fault) faults.push_back(f.point);
         return faults;
     }
 
@@ -134,10 +137,17 @@ class ChordErrorCheck : public MeshChecks {
     // What may be the last mesh is proved.
     Sizes check(const SurfaceMesh& mesh, std::span<const Vector3d> in_vain) {
         const ProvedDeviation proved = proof().prove(view_of(mesh), triangles_under(mesh.places));
+        take(proved);
+        if (proved.at_fault.empty() || !progress_.goes_on(proved.at_fault.size(), proved.deviation.bound())) return std::nullopt;
+        if (auto sizes = lower_sizes(mesh, proved.at_fault, kLeast, in_vain)) return sizes;
+        // What broke may not break again once all around it has changed.
+        if (in_vain.empty() || second_chances_-- == 0) return std::nullopt;
+        return lower_sizes(mesh, proved.at_fault, kLeast, {});
+    }
+
+    void take(const ProvedDeviation& proved) {
         made_.deviation = proved.deviation;
         made_.kept = proved.deviation.bound() <= chord_error_;
-        if (proved.at_fault.empty() || !progress_.goes_on(proved.at_fault.size(), proved.deviation.bound())) return std::nullopt;
-        return lower_sizes(mesh, proved.at_fault, kLeast, in_vain);
     }
 
     // Made when it is asked for: the mesh that begins with the triangles of the surface has fewer by then.
@@ -208,6 +218,7 @@ class ChordErrorCheck : public MeshChecks {
     std::optional<DeviationProof> proof_;
     Progress progress_;
     RoundsAtPlaces lowered_at_;
+    int second_chances_ = kSecondChances;
 };
 
 void check_arguments(double chord_error, const ChordErrorOptions& options) {
