@@ -153,6 +153,7 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
         read.cells = follow(read.cells, ordered.triangle_source);
         return read;
     });
+    ordered = {};
     const SizingRule rule = rule_of(options.sizing, limits_for(surface->diagonal()));
     const auto mesh = std::make_shared<const TriangulatedMesh>(
         mesh_triangulation(*surface, rule, given, gradation, remesh_options(options), options.sizing.hmin.has_value(), stages));

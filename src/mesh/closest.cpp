@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "gradus/mesh/order.hpp"
@@ -45,31 +44,26 @@ Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a
     return best;
 }
 
+// What is next to each other along a Z-curve is next to each other in space: its halves are boxes without looking for the best cut.
 ClosestTriangle::ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, std::vector<int> chosen)
     : points_(points), triangles_(triangles), chosen_(std::move(chosen)) {
-    const std::vector<std::uint64_t> codes = sort_along_curve();
-    nodes_.reserve(2 * chosen_.size() / kLeaf + 2);
-    build(codes, 0, static_cast<int>(chosen_.size()));
-}
-
-// What is next to each other along a Z-curve is next to each other in space: halves of it are boxes without looking for the best cut.
-std::vector<std::uint64_t> ClosestTriangle::sort_along_curve() {
-    std::vector<Eigen::Vector3d> centres;
-    centres.reserve(chosen_.size());
-    for (const int t : chosen_) {
+    const auto centre = [&](int t) {
         const Triangle& v = triangles_[t];
-        centres.push_back(points_[v[0]] + points_[v[1]] + points_[v[2]]);
-    }
-    std::vector<std::uint64_t> codes = z_codes(centres);
-    std::vector<std::pair<std::uint64_t, int>> coded;
+        return Eigen::Vector3d(points_[v[0]] + points_[v[1]] + points_[v[2]]);
+    };
+    Eigen::AlignedBox3d box;
+    for (const int t : chosen_) box.extend(centre(t));
+    const ZCurve curve(box);
+    std::vector<Coded> coded;
     coded.reserve(chosen_.size());
-    for (std::size_t i = 0; i < chosen_.size(); ++i) coded.emplace_back(codes[i], chosen_[i]);
+    for (const int t : chosen_) coded.emplace_back(curve.code(centre(t)), t);
     std::sort(coded.begin(), coded.end());
-    for (std::size_t i = 0; i < coded.size(); ++i) std::tie(codes[i], chosen_[i]) = coded[i];
-    return codes;
+    for (std::size_t i = 0; i < coded.size(); ++i) chosen_[i] = coded[i].second;
+    nodes_.reserve(2 * chosen_.size() / kLeaf + 2);
+    build(coded, 0, static_cast<int>(chosen_.size()));
 }
 
-int ClosestTriangle::build(const std::vector<std::uint64_t>& codes, int first, int last) {
+int ClosestTriangle::build(std::span<const Coded> coded, int first, int last) {
     const int index = static_cast<int>(nodes_.size());
     nodes_.push_back({{}, first, last});
     Box box;
@@ -79,12 +73,12 @@ int ClosestTriangle::build(const std::vector<std::uint64_t>& codes, int first, i
     } else {
         // Where the highest bit that is not the same for all changes.
         int middle = (first + last) / 2;
-        if (const std::uint64_t differ = codes[first] ^ codes[last - 1]; differ != 0) {
+        if (const std::uint64_t differ = coded[first].first ^ coded[last - 1].first; differ != 0) {
             const std::uint64_t bit = std::bit_floor(differ);
-            middle = static_cast<int>(std::partition_point(codes.begin() + first, codes.begin() + last, [bit](std::uint64_t c) { return (c & bit) == 0; }) - codes.begin());
+            middle = static_cast<int>(std::partition_point(coded.begin() + first, coded.begin() + last, [bit](const Coded& c) { return (c.first & bit) == 0; }) - coded.begin());
         }
-        build(codes, first, middle);
-        const int right = nodes_[index].right = build(codes, middle, last);
+        build(coded, first, middle);
+        const int right = nodes_[index].right = build(coded, middle, last);
         box.extend(nodes_[index + 1].box);
         box.extend(nodes_[right].box);
     }

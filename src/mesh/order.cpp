@@ -1,6 +1,5 @@
 #include "gradus/mesh/order.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <numeric>
 
@@ -44,18 +43,14 @@ std::vector<int> places_in(const std::vector<int>& order) {
 
 }  // namespace
 
-std::vector<std::uint64_t> z_codes(std::span<const Eigen::Vector3d> points) {
-    Eigen::AlignedBox3d box;
-    for (const Eigen::Vector3d& p : points) box.extend(p);
-    const double extent = points.empty() ? 0 : box.sizes().maxCoeff();
-    const double scale = extent > 0 ? static_cast<double>((1 << kBits) - 1) / extent : 0;
-    std::vector<std::uint64_t> codes;
-    codes.reserve(points.size());
-    for (const Eigen::Vector3d& p : points) {
-        const Eigen::Vector3d at = (p - box.min()) * scale;
-        codes.push_back(spread_bits(at.x()) | spread_bits(at.y()) << 1 | spread_bits(at.z()) << 2);
-    }
-    return codes;
+ZCurve::ZCurve(const Eigen::AlignedBox3d& box) : low_(box.min()) {
+    const double extent = box.isEmpty() ? 0 : box.sizes().maxCoeff();
+    scale_ = extent > 0 ? static_cast<double>((1 << kBits) - 1) / extent : 0;
+}
+
+std::uint64_t ZCurve::code(const Eigen::Vector3d& p) const {
+    const Eigen::Vector3d at = (p - low_) * scale_;
+    return spread_bits(at.x()) | spread_bits(at.y()) << 1 | spread_bits(at.z()) << 2;
 }
 
 Ordered as_it_is(TriangleSoup soup) {
@@ -72,7 +67,13 @@ Ordered along_curve(TriangleSoup soup) {
     const bool sortable = std::all_of(soup.points.begin(), soup.points.end(), [](const Eigen::Vector3d& p) { return (p.array().abs() < kLargest).all(); });
     if (!sortable) return as_it_is(std::move(soup));
     Ordered ordered;
-    ordered.point_source = order_by(z_codes(soup.points));
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& p : soup.points) box.extend(p);
+    const ZCurve curve(box);
+    std::vector<std::uint64_t> codes;
+    codes.reserve(soup.points.size());
+    for (const Eigen::Vector3d& p : soup.points) codes.push_back(curve.code(p));
+    ordered.point_source = order_by(codes);
     const std::vector<int> point = places_in(ordered.point_source);
     reorder(soup.points, ordered.point_source);
     for (Triangle& t : soup.triangles)

@@ -65,10 +65,15 @@ TEST_CASE("a soup along a curve is the same soup, and neighbours are near in it"
 
 TEST_CASE("codes along a curve interleave the bits of coordinates", "[exact]") {
     const double most = (1 << 21) - 1;
-    const std::vector<Vector3d> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {2, 3, 0}, {most, most, most}};
-    CHECK(z_codes(points) == std::vector<std::uint64_t>{0, 1, 2, 4, 0b011'010, (std::uint64_t{1} << 63) - 1});
-    CHECK(z_codes({}).empty());
-    CHECK(z_codes(std::vector<Vector3d>(3, Vector3d(1, 2, 3))) == std::vector<std::uint64_t>(3, 0));
+    const ZCurve curve(Eigen::AlignedBox3d(Vector3d::Zero(), Vector3d::Constant(most)));
+    CHECK(curve.code({0, 0, 0}) == 0);
+    CHECK(curve.code({1, 0, 0}) == 1);
+    CHECK(curve.code({0, 1, 0}) == 2);
+    CHECK(curve.code({0, 0, 1}) == 4);
+    CHECK(curve.code({2, 3, 0}) == 0b011'010);
+    CHECK(curve.code(Vector3d::Constant(most)) == (std::uint64_t{1} << 63) - 1);
+    const Vector3d only(1, 2, 3);
+    CHECK(ZCurve(Eigen::AlignedBox3d(only, only)).code(only) == 0);
 }
 
 TEST_CASE("coordinates that have no place on a curve leave a soup as it is", "[exact]") {

@@ -54,8 +54,8 @@ class ClosestTriangle {
         int first, last;  // range of chosen_
         int right = -1;   // second child, the first one follows this node; -1: leaf
     };
-    std::vector<std::uint64_t> sort_along_curve();
-    int build(const std::vector<std::uint64_t>& codes, int first, int last);
+    using Coded = std::pair<std::uint64_t, int>;  // a triangle with its place on the curve
+    int build(std::span<const Coded> coded, int first, int last);
     void descend(int node, const Eigen::Vector3d& p, double& squared, int& triangle) const;
     void look(int node, const Cone& cone, const Accept& accept, double& squared, int& triangle) const;
 

@@ -1,6 +1,7 @@
 /// Order in memory: what is next to each other in space is to be next to each other there, which all that walks over a mesh is faster for.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -9,9 +10,17 @@
 
 namespace gradus {
 
-/// Places on a Z-curve through the cube around some points, along which points that are near each other on the curve are so in space:
-/// 21 bits of each coordinate, interleaved. @pre the points are finite
-std::vector<std::uint64_t> z_codes(std::span<const Eigen::Vector3d> points);
+/// A Z-curve through the cube around a box: places that are near each other on it are so in space.
+class ZCurve {
+  public:
+    explicit ZCurve(const Eigen::AlignedBox3d& box);
+    /// The place of a point of the box on the curve: 21 bits of each coordinate, interleaved.
+    std::uint64_t code(const Eigen::Vector3d& p) const;
+
+  private:
+    Eigen::Vector3d low_;
+    double scale_;  // 0 for a box without extent
+};
 
 /// A soup in another order.
 struct Ordered {
