@@ -517,7 +517,6 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
         take_report(optimise(*editor, {.fast = fast, .goal = goal, .given = given, .fitted = fitted, .active = std::move(active)}, clock), statistics);
         given = false;
         fitted = stage == MeshStage::Draft;
-        if (getenv("GTRACE")) { const auto b = broken_places(*editor); fprintf(stderr, "stage %d tri %d broken %zu", int(stage), editor->mesh().num_triangles(), b.size()); for (size_t i = 0; i < std::min<size_t>(b.size(), 4); ++i) fprintf(stderr, " [%g %g %g / %g]", b[i].at.x(), b[i].at.y(), b[i].at.z(), b[i].size); fprintf(stderr, "\n"); }
     };
     // Starts from a mesh with other sizes at its vertices.
     const auto start_from = [&](const Connectivity& mesh, const std::vector<Vertex>& vertices, std::span<const double> sizes) {
