@@ -77,22 +77,11 @@ class Finder {
     bool is_feature(int h) const { return kind_[edge_of(mesh_, h)] >= Kind::Crease; }
     Eigen::Vector3d along(int from, int to) const { return (points_[to] - points_[from]).stableNormalized(); }
 
-    // Calls use(half-edge, other end) for the edges at v.
-    template <class Use>
-    void for_each_edge(int v, const Use& use) const {
-        if (!mesh_.is_live_vertex(v)) return;
-        mesh_.for_each_outgoing(v, [&](int h) {
-            use(h, mesh_.target(h));
-            const int last = Connectivity::prev(h);
-            if (mesh_.twin(last) < 0) use(last, mesh_.origin(last));
-        });
-    }
-
     // An edge at v that is wanted, with its other end; -1 where there is none.
     template <class Wanted>
     std::pair<int, int> follow(int v, const Wanted& wanted) const {
         std::pair<int, int> found{-1, -1};
-        for_each_edge(v, [&](int e, int other) {
+        mesh_.for_each_edge(v, [&](int e, int other) {
             if (const int edge = edge_of(mesh_, e); wanted(edge)) found = {edge, other};
         });
         return found;
@@ -194,7 +183,7 @@ class Finder {
             for (const auto& [from, at] : {std::pair(mesh_.origin(h), mesh_.target(h)), std::pair(mesh_.target(h), mesh_.origin(h))}) {
                 int best = -1, features = 0;
                 double straightest = kContinues;
-                for_each_edge(at, [&, from = from, at = at](int e, int other) {
+                mesh_.for_each_edge(at, [&, from = from, at = at](int e, int other) {
                     const int edge = edge_of(mesh_, e);
                     if (kind_[edge] >= Kind::Crease) ++features;
                     const double straight = along(from, at).dot(along(at, other));
@@ -346,7 +335,7 @@ class Finder {
     std::array<int, 2> neighbours(int v) const {
         std::array<int, 2> both{-1, -1};
         int count = 0;
-        for_each_edge(v, [&](int e, int other) {
+        mesh_.for_each_edge(v, [&](int e, int other) {
             if (is_feature(e) && count < 2) both[count++] = other;
         });
         return both;
@@ -399,9 +388,9 @@ class Finder {
         Eigen::Vector3d axis(0, 0, 0);
         double beside = 0, height = 0;
         int count = 0;
-        for_each_edge(v, [&](int, int other) { axis += along(other, v); });
+        mesh_.for_each_edge(v, [&](int, int other) { axis += along(other, v); });
         axis = axis.stableNormalized();
-        for_each_edge(v, [&](int, int other) {
+        mesh_.for_each_edge(v, [&](int, int other) {
             beside = std::max(beside, std::abs(defect(other)));
             height += axis.dot(points_[v] - points_[other]);
             ++count;

@@ -21,12 +21,12 @@ std::uint64_t spread_bits(double x) {
     return bits;
 }
 
-// Numbers from 0 on in the order of their keys.
-template <class Key>
-std::vector<int> order_by(const std::vector<Key>& keys) {
-    std::vector<std::pair<Key, int>> keyed;
-    keyed.reserve(keys.size());
-    for (const Key& key : keys) keyed.emplace_back(key, static_cast<int>(keyed.size()));
+// Items by number, in the order of their keys.
+template <class Item, class Key>
+std::vector<int> order_by(const std::vector<Item>& items, const Key& key_of) {
+    std::vector<std::pair<decltype(key_of(items[0])), int>> keyed;
+    keyed.reserve(items.size());
+    for (const Item& item : items) keyed.emplace_back(key_of(item), static_cast<int>(keyed.size()));
     std::sort(keyed.begin(), keyed.end());
     std::vector<int> order;
     order.reserve(keyed.size());
@@ -70,10 +70,7 @@ Ordered along_curve(TriangleSoup soup) {
     Eigen::AlignedBox3d box;
     for (const Eigen::Vector3d& p : soup.points) box.extend(p);
     const ZCurve curve(box);
-    std::vector<std::uint64_t> codes;
-    codes.reserve(soup.points.size());
-    for (const Eigen::Vector3d& p : soup.points) codes.push_back(curve.code(p));
-    ordered.point_source = order_by(codes);
+    ordered.point_source = order_by(soup.points, [&](const Eigen::Vector3d& p) { return curve.code(p); });
     const std::vector<int> point = places_in(ordered.point_source);
     reorder(soup.points, ordered.point_source);
     for (Triangle& t : soup.triangles)
@@ -84,10 +81,7 @@ Ordered along_curve(TriangleSoup soup) {
     for (int& v : soup.required.vertices) v = point[v];
     for (std::array<int, 2>& edge : soup.required.edges) edge = {point[edge[0]], point[edge[1]]};
 
-    std::vector<int> first;
-    first.reserve(soup.triangles.size());
-    for (const Triangle& t : soup.triangles) first.push_back(*std::min_element(t.begin(), t.end()));
-    ordered.triangle_source = order_by(first);
+    ordered.triangle_source = order_by(soup.triangles, [](const Triangle& t) { return int{*std::min_element(t.begin(), t.end())}; });
     const std::vector<int> triangle = places_in(ordered.triangle_source);
     reorder(soup.triangles, ordered.triangle_source);
     if (!soup.labels.empty()) reorder(soup.labels, ordered.triangle_source);

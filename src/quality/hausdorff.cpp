@@ -151,8 +151,7 @@ class DistanceSearch {
   private:
     double distance_to(int triangle, const Vector3d& p) const {
         const DistanceTarget::Facet& f = target_.facets_[triangle];
-        const auto [b, c] = f.coordinates(p);
-        if (b >= 0 && c >= 0 && b + c <= 1) return std::abs(f.normal.dot(p - f.corner));
+        if (f.is_under(p)) return std::abs(f.normal.dot(p - f.corner));
         const Triangle& t = target_.mesh_.triangles[triangle];
         const auto& points = target_.mesh_.points;
         return (p - closest_point(p, points[t[0]], points[t[1]], points[t[2]])).norm();
@@ -276,11 +275,6 @@ ClosestTriangle::Hit DistanceTarget::descend(const Vector3d& p, int from) const 
     const OneSidedOptions options;
     const auto [triangle, distance] = DistanceSearch(*this, options).descend_to(p, from);
     return {triangle, distance};
-}
-
-bool DistanceTarget::is_over(const Vector3d& p, int triangle) const {
-    const auto [b, c] = facets_[triangle].coordinates(p);
-    return b >= 0 && c >= 0 && b + c <= 1;
 }
 
 std::vector<TooFar> DistanceTarget::sample_from(const MeshView& from, double limit, std::span<const int> near) const {

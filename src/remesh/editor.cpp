@@ -123,14 +123,10 @@ double Editor::length(int h) const {
 
 double Editor::fan_ratio(int v) const {
     double shortest2 = std::numeric_limits<double>::infinity(), longest2 = 0;
-    const auto look = [&](int other) {
+    mesh_.for_each_edge(v, [&](int, int other) {
         const double length2 = (vertices_[other].p - vertices_[v].p).squaredNorm();
         shortest2 = std::min(shortest2, length2);
         longest2 = std::max(longest2, length2);
-    };
-    mesh_.for_each_outgoing(v, [&](int h) {
-        look(mesh_.target(h));
-        if (const int last = Connectivity::prev(h); mesh_.twin(last) < 0) look(mesh_.apex(h));
     });
     return shortest2 > 0 ? std::sqrt(longest2 / shortest2) : std::numeric_limits<double>::infinity();
 }
@@ -319,26 +315,23 @@ bool Editor::collapse(int h) {
     const Vertex& w = vertices_[mesh_.target(h)];
     bool legal = true;
     // The energy knows areas, not lengths: those of a curve's pieces stay unit, and others come out not much too long.
-    const auto stretch = [&](int edge, int other) {
-        if (other == mesh_.target(h)) return;
+    mesh_.for_each_edge(v, [&](int edge, int other) {
+        if (!legal || other == mesh_.target(h)) return;
         const bool on_curve = vertices_[v].bound == Bound::Curve && mesh_.tag(edge) >= 0;
         const double most = on_curve ? std::numbers::sqrt2 : kLongestByCollapse;
         const Vertex &x = vertices_[other], &from = vertices_[v];
         const double length = (x.p - w.p).norm();
         if (length > most * std::min(x.h, w.h) && metric_length(length, x.h, w.h) > most && (on_curve || length > (x.p - from.p).norm())) legal = false;
-    };
-    mesh_.for_each_outgoing(v, [&](int e) {
-        stretch(e, mesh_.target(e));
-        if (const int last = Connectivity::prev(e); mesh_.twin(last) < 0) stretch(last, mesh_.apex(e));
     });
+    if (!legal) return false;
     double now = kLegalEnergy, then = 0;
     mesh_.for_each_outgoing(v, [&](int e) {
         const Vertex &a = vertices_[mesh_.target(e)], &b = vertices_[mesh_.apex(e)];
         now = std::max(now, triangle_energy(vertices_[v], a, b));
         if (e != h && !(g >= 0 && e == Connectivity::next(g))) then = std::max(then, triangle_energy(w, a, b));
     });
-    legal = legal && then <= now;
-    if (legal) mesh_.for_each_outgoing(v, [&](int e) { legal = legal && !bridges(w, vertices_[mesh_.target(e)]); });
+    if (then > now) return false;
+    mesh_.for_each_outgoing(v, [&](int e) { legal = legal && !bridges(w, vertices_[mesh_.target(e)]); });
     if (legal) mesh_.collapse(h);
     return legal;
 }

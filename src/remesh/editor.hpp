@@ -190,10 +190,8 @@ class Editor {
     // Calls use(other) for each edge of a feature curve at v.
     template <class Use>
     void for_each_on_curve(int v, const Use& use) const {
-        mesh_.for_each_outgoing(v, [&](int h) {
-            if (mesh_.tag(h) >= 0) use(mesh_.target(h));
-            const int last = Connectivity::prev(h);  // an edge of the boundary that only comes in
-            if (mesh_.twin(last) < 0 && mesh_.tag(last) >= 0) use(mesh_.apex(h));
+        mesh_.for_each_edge(v, [&](int edge, int other) {
+            if (mesh_.tag(edge) >= 0) use(other);
         });
     }
     double energy_around(const std::vector<int>& around, Aim aim, double mean);

@@ -277,7 +277,7 @@ int count_below(const Editor& editor, double goal) {
 
 // The same for the triangles that do not stand a goal, judged by a high power of the energy, worst first. The goal rises to the one
 // asked for, so that where many triangles are below it the bounded search goes to the worst of them.
-void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report, bool heed_fans = false) {
+void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
     long vertices = 0;
@@ -292,7 +292,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
     for (const double share : {0.75, 0.85, 0.95, 1.0}) {
         std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their standing then
         const double goal = share * options.goal;
-        const auto standing_of = [&](int t) { return heed_fans && share == 1 ? standing(editor, t, goal) : editor.quality(t); };
+        const auto standing_of = [&](int t) { return options.fans && share == 1 ? standing(editor, t, goal) : editor.quality(t); };
         const auto by_pairs = [&](int t) {
             if (left_for_pairs <= 0 || editor.quality(t) >= goal - kFarBelow) return false;
             const long before = editor.moves();
@@ -384,7 +384,7 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
 
 OptimiseReport polish(Editor& editor, double goal, StageClock& clock) {
     OptimiseReport report;
-    attempt_for_worst(editor, {.goal = goal}, report, true);
+    attempt_for_worst(editor, {.goal = goal, .fans = true}, report);
     editor.renumber();
     clock.done("polishing");
     return report;

@@ -12,6 +12,7 @@ struct OptimiseOptions {
     double goal = 0.90;    // area-length quality asked of the worst triangle
     bool given = false;    // the mesh may have triangles of any shape
     bool fitted = false;   // the mesh has about the sizes asked for
+    bool fans = false;     // edges at a vertex that differ by much are as bad as triangles below the goal
     /// Vertices to work at, and around what changes there; new ones count as well. Empty: all.
     std::vector<char> active = {};
 

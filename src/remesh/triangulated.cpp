@@ -39,6 +39,12 @@ Eigen::Vector2d on_halfedge(int h, double s) {
     return {w[1], w[2]};
 }
 
+// Weights of the corners of its triangle.
+std::array<double, 3> weights_of(const Place& place) {
+    const Eigen::Vector2d& uv = place.at.uv;
+    return {1 - uv.x() - uv.y(), uv.x(), uv.y()};
+}
+
 }  // namespace
 
 TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control)
@@ -59,12 +65,12 @@ TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& f
 // Where the surface folds within much less than the size its normal is that between the sides of the fold.
 void TriangleSupport::spread_normals(Foot& foot) const {
     const Connectivity& mesh = surface_.mesh();
-    const auto& [triangle, uv] = foot.place.at;
+    const int triangle = foot.place.at.patch;
     const double reach2 = kNearFold * kNearFold * foot.size * foot.size;
     // Far from the sides of its facet, a place is far from folds.
     const auto corners = mesh.triangle(triangle);
     const std::array<Vector3d, 3> p{surface_.points()[corners[0]], surface_.points()[corners[1]], surface_.points()[corners[2]]};
-    const std::array<double, 3> w{1 - uv.x() - uv.y(), uv.x(), uv.y()};
+    const std::array<double, 3> w = weights_of(foot.place);
     const double area2 = (p[1] - p[0]).cross(p[2] - p[0]).squaredNorm();
     bool is_near = false;
     for (int k = 0; k < 3; ++k) is_near = is_near || w[k] * w[k] * area2 < reach2 * (p[(k + 2) % 3] - p[(k + 1) % 3]).squaredNorm();
@@ -101,6 +107,8 @@ const GregoryPatch& TriangleSupport::patch(int triangle) const {
     return kept.patch;
 }
 
+Vector3d TriangleSupport::point_at(const Place& place) const { return patch(place.at.patch).point(place.at.uv.x(), place.at.uv.y()); }
+
 Foot TriangleSupport::foot(const Place& place) const {
     const auto& [triangle, uv] = place.at;
     Foot foot{place, patch(triangle).point(uv.x(), uv.y()), patch(triangle).normal(uv.x(), uv.y()), 0};
@@ -127,8 +135,8 @@ Foot TriangleSupport::at_vertex(int vertex, int cell) const {
 std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& point, const Vector3d& target) const {
     const Connectivity& mesh = surface_.mesh();
     // From a vertex or a feature the way may begin on any side: the one that leads closest.
-    const auto& [triangle, uv] = from.at;
-    const std::array<double, 3> w{1 - uv.x() - uv.y(), uv.x(), uv.y()};
+    const int triangle = from.at.patch;
+    const std::array<double, 3> w = weights_of(from);
     // The surface is off its facets at the target about as it is here.
     Vector3d aim = target + (on_facet(triangle, w) - point);
     SmoothSupport::Foot best = surface_.walk(triangle, aim);
@@ -167,8 +175,8 @@ void TriangleSupport::for_each_holder(const Place& place, const Use& use) const 
     constexpr double kNone = 1e-12;  // weights below this are none
     using Weights = std::array<double, 3>;
     const Connectivity& mesh = surface_.mesh();
-    const auto& [triangle, uv] = place.at;
-    const Weights w{1 - uv.x() - uv.y(), uv.x(), uv.y()};
+    const int triangle = place.at.patch;
+    const Weights w = weights_of(place);
     for (int k = 0; k < 3; ++k) {
         if (w[k] < 1 - kNone) continue;
         mesh.for_each_outgoing(mesh.origin(3 * triangle + k), [&](int h) {
@@ -199,8 +207,7 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
     using Weights = std::array<double, 3>;
     const Connectivity& mesh = surface_.mesh();
     const auto points = surface_.points();
-    const auto weights = [](const Place& p) { return Weights{1 - p.at.uv.x() - p.at.uv.y(), p.at.uv.x(), p.at.uv.y()}; };
-    const Vector3d from = on_facet(a.at.patch, weights(a)), to = on_facet(b.at.patch, weights(b));
+    const Vector3d from = on_facet(a.at.patch, weights_of(a)), to = on_facet(b.at.patch, weights_of(b));
     const Vector3d along = to - from, across = along.cross(up);
     const double most = kLongestSection * along.norm();
     const auto height = [&](int v) { return across.dot(points[v] - from); };
@@ -273,10 +280,9 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
     if (!middle) return std::nullopt;
     const Foot half = foot(*middle);
     // Inside a flat facet the halves are to be in line, though the surface over it is not that of the facet: beside needles there is no room.
-    const std::array<double, 3> w = weights(*middle);
+    const Weights w = weights_of(*middle);
     if (*std::min_element(w.begin(), w.end()) < kInside) return half;
-    const auto over = [&](const Place& p) { return patch(p.at.patch).point(p.at.uv.x(), p.at.uv.y()); };
-    const Vector3d chord_middle = (over(a) + over(b)) / 2, off = chord_middle - half.point, aside = off - off.dot(half.normal) * half.normal;
+    const Vector3d chord_middle = (point_at(a) + point_at(b)) / 2, off = chord_middle - half.point, aside = off - off.dot(half.normal) * half.normal;
     const double length2 = along.squaredNorm();
     if (aside.squaredNorm() < kAside2 * length2 || off.squaredNorm() > kInLine2 * length2) return half;
     const auto in_line = move(half.place, half.point, chord_middle);
@@ -309,7 +315,7 @@ std::optional<Foot> TriangleSupport::slide(const Place& from, const Vector3d& ta
         const FeatureChain& chain = features_.chains[from.curve];
         const auto points = surface_.points();
         const Vector3d along = (points[chain.vertex(static_cast<int>(i) + 1)] - points[chain.vertex(static_cast<int>(i))]).stableNormalized();
-        const double t = place.t + along.dot(target - patch(place.at.patch).point(place.at.uv.x(), place.at.uv.y()));
+        const double t = place.t + along.dot(target - point_at(place));
         if (!c.closed && !(t > 0 && t < c.end())) return std::nullopt;
         place = on_curve(from.curve, t, from.cell);
     }
@@ -564,17 +570,15 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     }
     // Last what is not as good as it could be, without losing what was reached.
     if (checks && !options.fast) {
-        const Connectivity mesh = editor->mesh();
-        const std::vector<Vertex> vertices = editor->vertices();
         std::vector<Vector3d> barred;
         for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
-            if (attempt > 1) editor = std::make_unique<Editor>(*support, vertices, mesh);
-            editor->set_guard([&](const Editor& now, std::span<const int> around) {
+            Editor polisher(*support, editor->vertices(), editor->mesh());
+            polisher.set_guard([&](const Editor& now, std::span<const int> around) {
                 return std::none_of(around.begin(), around.end(), [&](int v) { return is_around(now.vertex(v).p, now.vertex(v).h, barred); }) &&
                        checks->allows(part_around(now, around));
             });
-            take_report(polish(*editor, std::min(kGoalOfPolish, options.goal), clock), statistics);
-            SurfaceMesh polished = export_mesh(surface, *support, *editor);
+            take_report(polish(polisher, std::min(kGoalOfPolish, options.goal), clock), statistics);
+            SurfaceMesh polished = export_mesh(surface, *support, polisher);
             const std::vector<Vector3d> faults = checks->faults_of(polished);
             clock.done("check");
             if (faults.empty()) {

@@ -22,11 +22,12 @@ struct Remeshed {
     MeshView view() const { return {result.mesh.points, result.mesh.triangles}; }
 };
 
-Remeshed remeshed(const Triangulation& surface, const SizingRule& rule, const RemeshOptions& options = {}) {
+Remeshed remeshed(const Triangulation& surface, const SizingRule& rule, const RemeshOptions& options = {}, MeshChecks* checks = nullptr,
+                  const SmoothSupport::Options& smooth = {}) {
     const TriangulationBackground map = make_background(surface, rule);
     const ControlSpace control(map.background, map.sizes);
-    const SmoothSupport support = surface.support();
-    Remeshed made{remesh({support, surface.features(), surface.soup().labels}, control, map.cells, options), {}, {}};
+    const SmoothSupport support = surface.support(smooth);
+    Remeshed made{remesh({support, surface.features(), surface.soup().labels}, control, map.cells, options, checks), {}, {}};
     made.before = measure({surface.soup().points, surface.soup().triangles});
     made.after = measure(made.view(), {.sizes = made.result.mesh.sizes});
     return made;
@@ -228,9 +229,6 @@ class Sizes : public MeshChecks {
 
 TEST_CASE("checks are asked until they have nothing to say, and their sizes are taken", "[property]") {
     const Triangulation surface(triangulations::soup(triangulations::sphere(3)));
-    const TriangulationBackground map = make_background(surface, uniform(0.4));
-    const ControlSpace control(map.background, map.sizes);
-    const SmoothSupport support = surface.support();
     bool last_had_nothing = false;
     int halved = 0;
     Sizes checks([&](const SurfaceMesh& mesh, MeshStage) -> std::optional<std::vector<double>> {
@@ -241,8 +239,8 @@ TEST_CASE("checks are asked until they have nothing to say, and their sizes are 
         for (double& h : sizes) h /= 2;
         return sizes;
     });
-    const std::size_t coarse = remesh({support, surface.features()}, control, map.cells).mesh.triangles.size();
-    const std::size_t fine = remesh({support, surface.features()}, control, map.cells, {}, &checks).mesh.triangles.size();
+    const std::size_t coarse = remeshed(surface, uniform(0.4)).result.mesh.triangles.size();
+    const std::size_t fine = remeshed(surface, uniform(0.4), {}, &checks).result.mesh.triangles.size();
     CHECK(last_had_nothing);
     CHECK(double(fine) / double(coarse) == Approx(4).epsilon(0.15));
 }
@@ -304,9 +302,6 @@ TEST_CASE("a sharp fold that is no feature is meshed with good triangles", "[pro
 
 TEST_CASE("sizes that jump from vertex to vertex leave a sound mesh", "[property]") {
     const Triangulation surface(triangulations::soup(triangulations::sphere(3)));
-    const TriangulationBackground map = make_background(surface, uniform(0.3));
-    const ControlSpace control(map.background, map.sizes);
-    const SmoothSupport support = surface.support();
     int rounds = 0;
     Sizes checks([&](const SurfaceMesh& mesh, MeshStage stage) -> std::optional<std::vector<double>> {
         if (stage == MeshStage::Draft || ++rounds > 2) return std::nullopt;
@@ -315,8 +310,7 @@ TEST_CASE("sizes that jump from vertex to vertex leave a sound mesh", "[property
             if ((mesh.points[v] - Vector3d(1, 0, 0)).norm() < 0.5) sizes[v] /= 20;
         return sizes;
     });
-    const SurfaceMesh mesh = remesh({support, surface.features()}, control, map.cells, {}, &checks).mesh;
-    const MeshReport report = measure({mesh.points, mesh.triangles});
+    const MeshReport report = remeshed(surface, uniform(0.3), {}, &checks).after;
     CHECK(rounds == 3);
     CHECK(report.shape.area_length.min >= 0.3);
     CHECK(report.topology.euler == 2);
@@ -354,11 +348,8 @@ std::vector<std::array<double, 3>> sorted_points(const SurfaceMesh& mesh) {
 
 TEST_CASE("what checks do not allow is not done", "[property]") {
     const Triangulation surface(triangulations::soup(triangulations::cube(3)));
-    const TriangulationBackground map = make_background(surface, uniform(0.17));
-    const ControlSpace control(map.background, map.sizes);
-    const SmoothSupport support = surface.support();
     Unyielding checks;
-    const SurfaceMesh mesh = remesh({support, surface.features()}, control, map.cells, {}, &checks).mesh;
+    const SurfaceMesh mesh = remeshed(surface, uniform(0.17), {}, &checks).result.mesh;
     CHECK(checks.asked > 0);
     CHECK(sorted_points(mesh) == sorted_points(checks.last));
     CHECK(mesh.triangles.size() == checks.last.triangles.size());
@@ -368,11 +359,9 @@ TEST_CASE("sizes far below coarse, uneven facets that are no features leave no n
     const unsigned seed = GENERATE(1u, 2u, 3u, 4u);
     CAPTURE(seed);
     const Triangulation surface(triangulations::soup(triangulations::sphere(1, 1, 0.3, seed)), kUnfeatured);
-    const TriangulationBackground map = make_background(surface, uniform(0.06));
-    const ControlSpace control(map.background, map.sizes);
-    const SmoothSupport support = surface.support({.largest_bulge = 0.01});
-    const SurfaceMesh mesh = remesh({support, surface.features()}, control, map.cells).mesh;
-    const MeshReport report = measure({mesh.points, mesh.triangles}, {.sizes = mesh.sizes});
+    const Remeshed made = remeshed(surface, uniform(0.06), {}, nullptr, {.largest_bulge = 0.01});
+    const SurfaceMesh& mesh = made.result.mesh;
+    const MeshReport& report = made.after;
     CHECK(report.shape.area_length.min >= 0.6);
     CHECK(report.shape.area_length.mean >= 0.96);
     CHECK(report.topology.euler == 2);

@@ -60,6 +60,16 @@ class Connectivity {
             h = following;
         } while (h != kNone && h != first);
     }
+    /// Calls f(half-edge, other end) for the edges at v, also the one of a boundary that only comes in; none where v is in no triangle.
+    template <class F>
+    void for_each_edge(int v, F&& f) const {
+        if (!is_live_vertex(v)) return;
+        for_each_outgoing(v, [&](int h) {
+            f(h, target(h));
+            const int last = prev(h);
+            if (twin(last) < 0) f(last, origin(last));
+        });
+    }
     /// Half-edge from a to b or, on a boundary, the one from b to a; kNone where they are not joined.
     int find_edge(int a, int b) const;
 

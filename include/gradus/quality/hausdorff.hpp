@@ -78,7 +78,7 @@ class DistanceTarget {
     /// The triangle that is reached from one by ever closer neighbours: the closest, where the surface is about flat.
     ClosestTriangle::Hit descend(const Eigen::Vector3d& p, int from) const;
     /// Whether the foot of p in the plane of a triangle is inside.
-    bool is_over(const Eigen::Vector3d& p, int triangle) const;
+    bool is_over(const Eigen::Vector3d& p, int triangle) const { return facets_[triangle].is_under(p); }
 
     /// Triangles within a distance of a point, by index.
     std::vector<int> within(const Eigen::Vector3d& p, double distance) const { return tree().within(p, distance); }
@@ -99,6 +99,10 @@ class DistanceTarget {
         Eigen::Vector3d to_b, to_c;      // products with p - corner are p's coordinates over the triangle
 
         std::pair<double, double> coordinates(const Eigen::Vector3d& p) const { return {to_b.dot(p - corner), to_c.dot(p - corner)}; }
+        bool is_under(const Eigen::Vector3d& p) const {
+            const auto [b, c] = coordinates(p);
+            return b >= 0 && c >= 0 && b + c <= 1;
+        }
     };
     std::vector<Facet> facets_;
 };

@@ -35,6 +35,7 @@ class TriangleSupport final : public Support {
     void for_each_holder(const Place& place, const Use& use) const;
     Eigen::Vector3d on_facet(int triangle, const std::array<double, 3>& weights) const;
     Place on_curve(int curve, double t, int cell) const;
+    Eigen::Vector3d point_at(const Place& place) const;
     Foot foot(const Place& place) const;
     void spread_normals(Foot& foot) const;
     const GregoryPatch& patch(int triangle) const;
