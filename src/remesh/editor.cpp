@@ -48,9 +48,8 @@ void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen
     const SizeTerm size = size_term(m);
     double value = shape + kSizeWeight * size.value;
     const Eigen::Vector3d facing = n * i;
-    const double cosine = std::min({agreement(x, facing), agreement(a, facing), agreement(b, facing)});
-    if (cosine < kFoldCosine) {
-        value += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
+    if (const double penalty = fold_penalty(least_agreement(x, a, b, facing)); penalty > 0) {
+        value += penalty;
         sum.folded = true;
     }
     const double d1 = -shape * i + kSizeWeight * k * size.slope;  // by twice the area
@@ -92,6 +91,29 @@ void add_edge(const Vertex& x, const Vertex& a, const Eigen::Vector3d& u, Aim ai
     sum.gx += w1 * g;
     sum.hxx += w1 * h + w2 * g * g;
 }
+
+// What an operation may make of the triangles that it replaces: none that is degenerate or folded, unless one of those was worse.
+class Legality {
+  public:
+    // A triangle that goes.
+    void had(const Vertex& a, const Vertex& b, const Vertex& c) {
+        const double energy = triangle_energy(a, b, c);
+        energy_ = std::max(energy_, energy);
+        if (energy > kLegalEnergy) fold_ = std::max(fold_, fold_of(a, b, c));
+    }
+    // @param worse  by how much the energy of one that comes may be above that of those that went
+    bool allows(const Vertex& a, const Vertex& b, const Vertex& c, double worse = 1) const {
+        const double energy = triangle_energy(a, b, c);
+        // Needles have a large energy too, which is no leave to fold.
+        return energy <= worse * energy_ && (energy <= kLegalEnergy || fold_of(a, b, c) <= fold_);
+    }
+
+  private:
+    static double fold_of(const Vertex& a, const Vertex& b, const Vertex& c) {
+        return fold_penalty(least_agreement(a, b, c, (b.p - a.p).cross(c.p - a.p).stableNormalized()));
+    }
+    double energy_ = kLegalEnergy, fold_ = kLegalEnergy;
+};
 
 int penalty(int valence, bool boundary) {
     const int off = valence - (boundary ? 4 : 6);
@@ -291,8 +313,10 @@ bool Editor::bridges(const Vertex& a, const Vertex& b) const {
 bool Editor::flip(int h) {
     const int g = mesh_.twin(h);
     const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
-    const double legal = std::max({kLegalEnergy, triangle_energy(v, w, c), triangle_energy(w, v, d)});
-    if (triangle_energy(v, d, c) > legal || triangle_energy(d, w, c) > legal || bridges(c, d)) return false;
+    Legality legality;
+    legality.had(v, w, c);
+    legality.had(w, v, d);
+    if (!legality.allows(v, d, c) || !legality.allows(d, w, c) || bridges(c, d)) return false;
     mesh_.flip(h);
     return true;
 }
@@ -324,13 +348,13 @@ bool Editor::collapse(int h) {
         if (length > most * std::min(x.h, w.h) && metric_length(length, x.h, w.h) > most && (on_curve || length > (x.p - from.p).norm())) legal = false;
     });
     if (!legal) return false;
-    double now = kLegalEnergy, then = 0;
+    Legality legality;
+    mesh_.for_each_outgoing(v, [&](int e) { legality.had(vertices_[v], vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]); });
     mesh_.for_each_outgoing(v, [&](int e) {
-        const Vertex &a = vertices_[mesh_.target(e)], &b = vertices_[mesh_.apex(e)];
-        now = std::max(now, triangle_energy(vertices_[v], a, b));
-        if (e != h && !(g >= 0 && e == Connectivity::next(g))) then = std::max(then, triangle_energy(w, a, b));
+        const bool vanishes = e == h || (g >= 0 && e == Connectivity::next(g));
+        legal = legal && (vanishes || legality.allows(w, vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]));
     });
-    if (then > now) return false;
+    if (!legal) return false;
     mesh_.for_each_outgoing(v, [&](int e) { legal = legal && !bridges(w, vertices_[mesh_.target(e)]); });
     if (legal) mesh_.collapse(h);
     return legal;
@@ -370,15 +394,15 @@ int Editor::split(int h) {
         take_foot(m, *foot);
     }
     const int g = mesh_.twin(h);
-    double now = kLegalEnergy, then = 0;
+    Legality legality;
+    for (const int side : {h, g})
+        if (side >= 0) legality.had(vertices_[mesh_.origin(side)], vertices_[mesh_.target(side)], vertices_[mesh_.apex(side)]);
+    // Of a needle's halves one is worse than the whole was, until the other long side is split too.
     for (const int side : {h, g}) {
         if (side < 0) continue;
         const Vertex &a = vertices_[mesh_.origin(side)], &b = vertices_[mesh_.target(side)], &c = vertices_[mesh_.apex(side)];
-        now = std::max(now, triangle_energy(a, b, c));
-        then = std::max({then, triangle_energy(a, m, c), triangle_energy(m, b, c)});
+        if (!legality.allows(a, m, c, kWorseByHalving) || !legality.allows(m, b, c, kWorseByHalving)) return -1;
     }
-    // Of a needle's halves one is worse than the whole was, until the other long side is split too.
-    if (then > kWorseByHalving * now) return -1;
     const int v = mesh_.split(h);
     if (v >= static_cast<int>(vertices_.size())) vertices_.resize(v + 1);
     stamp_.resize(mesh_.num_triangles(), 0);

@@ -71,6 +71,13 @@ inline SizeTerm size_term(double m) {
     return {value + slope * (m - kTiny), slope, 0};
 }
 
+inline double fold_penalty(double cosine) { return cosine < kFoldCosine ? kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine) : 0; }
+
+// Cosine of the angle by which a triangle turns from the surface, at the corner where it is largest. @param facing  its unit normal
+inline double least_agreement(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& facing) {
+    return std::min({agreement(a, facing), agreement(b, facing), agreement(c, facing)});
+}
+
 inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c) {
     const Eigen::Vector3d e1 = b.p - a.p, e2 = c.p - a.p;
     const Eigen::Vector3d n(e1.y() * e2.z() - e1.z() * e2.y(), e1.z() * e2.x() - e1.x() * e2.z(), e1.x() * e2.y() - e1.y() * e2.x());
@@ -78,11 +85,7 @@ inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c)
     if (!(twice_area > 0)) return 1e30;
     const double lengths = e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm();
     const double m = twice_area * (2 / 1.7320508075688772) / (a.g * b.g * c.g);
-    double energy = lengths / (2 * 1.7320508075688772 * twice_area) + kSizeWeight * size_term(m).value;
-    const Eigen::Vector3d facing = n / twice_area;
-    const double cosine = std::min({agreement(a, facing), agreement(b, facing), agreement(c, facing)});
-    if (cosine < kFoldCosine) energy += kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine);
-    return energy;
+    return lengths / (2 * 1.7320508075688772 * twice_area) + kSizeWeight * size_term(m).value + fold_penalty(least_agreement(a, b, c, n / twice_area));
 }
 
 // Energy of a fan, for the aim at the worst: edges at a vertex are not to differ by much.

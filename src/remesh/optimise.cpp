@@ -24,7 +24,8 @@ constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the
 constexpr long kMovesPerVertex = 20, kMovesByPairsPerVertex = 10, kMovesAtLeast = 20'000;
 constexpr long kMovesByPairs = 5000;    // of one triangle
 constexpr int kWorstRounds = 12;
-constexpr double kHopefulFlip = 1;     // rise of the energy, before anything moves, up to which a flip is tried
+// Rise of the energy, before anything moves, up to which a flip is tried, and for each unit by which the valence penalty falls: of those above a twentieth is kept.
+constexpr double kHopefulFlip = 0.8, kHopefulPerGain = 0.1;
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
 constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
 constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
@@ -128,15 +129,18 @@ int collapse_short(Editor& editor, const OptimiseOptions& options) {
 
 void smooth(Editor& editor, const OptimiseOptions& options, int sweeps) {
     const Connectivity& mesh = editor.mesh();
-    constexpr double kRestless = 0.01;  // moves that wake the neighbours
+    // Moves over the size that wake the neighbours, and those where the mesh is not worked at: what was proved there is not to change for little.
+    constexpr double kRestless = 0.01, kVeryRestless = 0.02;
     std::vector<char> awake(mesh.num_vertices());
     for (int v = 0; v < mesh.num_vertices(); ++v) awake[v] = options.is_active(v);
     for (int sweep = 0; sweep < sweeps; ++sweep)
         for (int v = 0; v < mesh.num_vertices(); ++v) {
             if (!awake[v] || !mesh.is_live_vertex(v)) continue;
             awake[v] = 0;
-            if (editor.relax(v) < kRestless) continue;
-            mesh.for_each_outgoing(v, [&](int h) { awake[mesh.target(h)] = awake[mesh.apex(h)] = 1; });
+            const double moved = editor.relax(v);
+            if (moved < kRestless) continue;
+            const auto wake = [&](int w) { awake[w] = awake[w] || moved > kVeryRestless || options.is_active(w); };
+            mesh.for_each_outgoing(v, [&](int h) { wake(mesh.target(h)), wake(mesh.apex(h)); });
         }
 }
 
@@ -151,8 +155,10 @@ double mean_energy(const Editor& editor) {
 bool irregular(const Connectivity& mesh, int v) { return mesh.is_live_vertex(v) && mesh.valence(v) != (mesh.is_boundary_vertex(v) ? 4 : 6); }
 
 // Flips that worsen valences, or the energy by much before anything moves, are next to never kept.
-bool worth_a_flip(const Editor& editor, int h, double most) {
-    return editor.can_flip(h) && editor.flip_gain(h) >= 0 && editor.flip_rise(h) < most;
+bool worth_a_flip(const Editor& editor, int h, double most, double most_per_gain) {
+    if (!editor.can_flip(h)) return false;
+    const int gain = editor.flip_gain(h);
+    return gain >= 0 && editor.flip_rise(h) < most + gain * most_per_gain;
 }
 
 // Tries the operations around irregular vertices, and again around each that was kept.
@@ -191,7 +197,7 @@ void attempt_for_mean(Editor& editor, const OptimiseOptions& options, OptimiseRe
         for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
             const int h = candidates[i];
             bool kept = false;
-            if (worth_a_flip(editor, h, kHopefulFlip)) {
+            if (worth_a_flip(editor, h, kHopefulFlip, kHopefulPerGain)) {
                 ++report.attempts;
                 kept = editor.attempt(Editor::Operation::Flip, h, Aim::Mean, mean);
             }
@@ -223,7 +229,7 @@ bool improve_around(Editor& editor, int t, const Triangle& corners, double mean,
             ++report.worst_attempts;
             return editor.attempt(operation, h, Aim::Worst, mean, Editor::Reach::Wide);
         };
-        if ((worth_a_flip(editor, h, Editor::kHopefulRise) && attempt(Editor::Operation::Flip)) ||
+        if ((worth_a_flip(editor, h, Editor::kHopefulRise, 0) && attempt(Editor::Operation::Flip)) ||
             (editor.length(h) < 1 && editor.collapse_gain(h) >= 0 && editor.can_collapse(h) && attempt(Editor::Operation::Collapse))) {
             ++report.worst_kept;
             return true;
