@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kReach = 3;                // edges on either side that tell a corner from a jag
 constexpr double kRelief = 0.15;         // of the scale
+constexpr double kJag = 1;               // height of a jag over the scale, from which it is a corner nevertheless
 constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
 constexpr double kAlike = 3;
 constexpr double kTip = 1.2;             // angle defect of the point of a cone, radians: it opens by less than 108 degrees
@@ -356,7 +357,8 @@ class Finder {
         const double straight = std::cos(options_.corner_angle);
         const auto [a, b] = neighbours(v);
         if (along(a, v).dot(along(v, b)) > straight) return false;
-        return along(far_along(v, a), v).dot(along(v, far_along(v, b))) <= straight;
+        if (along(far_along(v, a), v).dot(along(v, far_along(v, b))) <= straight) return true;
+        return options_.scale > 0 && (points_[v] - points_[a]).cross(along(a, b)).norm() > kJag * options_.scale;
     }
 
     // What the angles around a vertex are short of a whole turn; none at features.

@@ -124,7 +124,7 @@ ProvedDeviation DeviationProof::prove(const MeshView& mesh, std::span<const int>
     return proved;
 }
 
-bool DeviationProof::is_kept_by(const MeshView& part, int changed, std::span<const int> under) {
+bool DeviationProof::is_kept_by(const MeshView& part, int changed, std::span<const int> under, const std::optional<Vector3d>& also) {
     const OneSidedOptions options{.limit = limit_, .precision = kPrecision, .near = under};
     if (!target_.measure_from({part.points, part.triangles.first(changed)}, options).beyond.empty()) return false;
 
@@ -143,6 +143,7 @@ bool DeviationProof::is_kept_by(const MeshView& part, int changed, std::span<con
             shortest = std::min(shortest, (part.points[t[k]] - part.points[t[(k + 1) % 3]]).norm());
         }
     const DistanceTarget target(part);
+    if (also && target.distance(*also) > limit_) return false;
     bool kept = true;
     int near = 0;
     // Whether a point is closest to a triangle that changed.

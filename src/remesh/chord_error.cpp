@@ -104,50 +104,53 @@ class ChordErrorCheck : public MeshChecks {
                     std::unique_ptr<const ControlSpace>& control)
         : surface_(surface), chord_error_(chord_error), options_(options), made_(made), control_(control), lowered_at_(kPlace * chord_error) {}
 
-    Sizes sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Vector3d> in_vain) override {
+    std::vector<MeshFault> faults_of(const SurfaceMesh& mesh) override {
         if (options_.on_check) options_.on_check(mesh);
-        if (made_.lowerings > 0) control_.reset();
-        return stage == MeshStage::Draft ? check_draft(mesh) : check(mesh, in_vain);
-    }
-
-    bool allows(const MeshPart& part) override {
-        return proof().is_kept_by({part.points, part.triangles}, part.changed, triangles_under(part.places));
-    }
-
-    std::vector<Vector3d> faults_of(const SurfaceMesh& mesh) override {
-        const ProvedDeviation proved = proof().prove(view_of(mesh), triangles_under(mesh.places));
-        if (proved.deviation.bound() <= std::max(chord_error_, made_.deviation.bound())) {
-            take(proved);
-            return {};
+        proved_ = proof().prove(view_of(mesh), triangles_under(mesh.places));
+        made_.deviation = proved_.deviation;
+        made_.kept = proved_.deviation.bound() <= chord_error_;
+        std::vector<MeshFault> faults;
+        for (const TooFar& f : proved_.at_fault) {
+            // Those of one point of the surface are one after the other.
+            const Vector3d p = closest_on_surface(f);
+            if (faults.empty() || faults.back().point != p) faults.push_back({p, f.distance, {}});
+            faults.back().triangles.push_back(f.triangle);
         }
-        std::vector<Vector3d> faults;
-        for (const TooFar& f : proved.at_fault) faults.push_back(f.point);
         return faults;
     }
 
+    Sizes sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Vector3d> in_vain) override {
+        if (made_.lowerings > 0) control_.reset();
+        return stage == MeshStage::Draft ? after_draft(mesh) : after_final(mesh, in_vain);
+    }
+
+    bool allows(const MeshPart& part) override {
+        return proof().is_kept_by({part.points, part.triangles}, part.changed, triangles_under(part.places), part.fault);
+    }
+
   private:
+    Vector3d closest_on_surface(const TooFar& f) const {
+        const auto& points = surface_.soup().points;
+        const Triangle& t = surface_.soup().triangles[f.nearest];
+        return closest_point(f.point, points[t[0]], points[t[1]], points[t[2]]);
+    }
+
     // Drafts are only sampled, and may have a few triangles that are too far off.
-    Sizes check_draft(const SurfaceMesh& mesh) {
+    Sizes after_draft(const SurfaceMesh& mesh) {
+        if (options_.on_check) options_.on_check(mesh);
         if (made_.lowerings == kMostDrafts) return std::nullopt;
         const std::vector<TooFar> far = proof().target().sample_from(view_of(mesh), kSampleShare * chord_error_, triangles_under(mesh.places));
         if (static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size())) return std::nullopt;
         return lower_sizes(mesh, far, kLeastInDrafts, {});
     }
 
-    // What may be the last mesh is proved.
-    Sizes check(const SurfaceMesh& mesh, std::span<const Vector3d> in_vain) {
-        const ProvedDeviation proved = proof().prove(view_of(mesh), triangles_under(mesh.places));
-        take(proved);
-        if (proved.at_fault.empty() || !progress_.goes_on(proved.at_fault.size(), proved.deviation.bound())) return std::nullopt;
-        if (auto sizes = lower_sizes(mesh, proved.at_fault, kLeast, in_vain)) return sizes;
+    Sizes after_final(const SurfaceMesh& mesh, std::span<const Vector3d> in_vain) {
+        const std::vector<TooFar>& at_fault = proved_.at_fault;
+        if (at_fault.empty() || !progress_.goes_on(at_fault.size(), proved_.deviation.bound())) return std::nullopt;
+        if (auto sizes = lower_sizes(mesh, at_fault, kLeast, in_vain)) return sizes;
         // What broke may not break again once all around it has changed.
         if (in_vain.empty() || second_chances_-- == 0) return std::nullopt;
-        return lower_sizes(mesh, proved.at_fault, kLeast, {});
-    }
-
-    void take(const ProvedDeviation& proved) {
-        made_.deviation = proved.deviation;
-        made_.kept = proved.deviation.bound() <= chord_error_;
+        return lower_sizes(mesh, at_fault, kLeast, {});
     }
 
     // Made when it is asked for: the mesh that begins with the triangles of the surface has fewer by then.
@@ -216,6 +219,7 @@ class ChordErrorCheck : public MeshChecks {
     ChordErrorResult& made_;
     std::unique_ptr<const ControlSpace>& control_;
     std::optional<DeviationProof> proof_;
+    ProvedDeviation proved_;  // of the last mesh
     Progress progress_;
     RoundsAtPlaces lowered_at_;
     int second_chances_ = kSecondChances;

@@ -15,6 +15,10 @@ namespace {
 constexpr int kMostSpokes = 40;      // vertices of higher valence are left to flips first
 constexpr double kStillMoves = 2e-3; // moves below this fraction of the size are not worth making
 constexpr int kPairRounds = 4;
+constexpr double kPush = 0.4;  // of an edge
+constexpr int kMendRounds = 3;
+constexpr std::size_t kMostWays = 12;  // to mend a fault, that the guard is asked for
+constexpr double kBadlyMended = 1e5;   // energy around: that of one triangle of a quality of .25
 constexpr double kOpposed = 0.2;  // cosine of the angle between normals: the ends of an edge may be on the two walls of a crevice
 constexpr double kDeep = 0.5;     // over the size
 constexpr double kLongestBridge2 = 1;     // of the halves, squared, over the edge that is split, where its ends are on the walls of a crevice
@@ -442,6 +446,16 @@ void Editor::add_ring(std::vector<int>& around) const {
         });
 }
 
+bool Editor::push(int h) {
+    Vertex x = vertices_[mesh_.origin(h)];
+    if (x.bound != Bound::Free) return false;
+    const std::optional<Foot> foot = support_.move(x.place, x.p, x.p + kPush * (vertices_[mesh_.target(h)].p - x.p));
+    if (!foot) return false;
+    take_foot(x, *foot);
+    set_vertex(mesh_.origin(h), x);
+    return true;
+}
+
 // The vertices of the triangles on either side of h.
 void Editor::list_corners(int h, std::vector<int>& around) const {
     around.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
@@ -457,6 +471,7 @@ bool Editor::begin(Trial& trial, Operation operation, int h) {
     recording_ = &trial;
     switch (operation) {
         case Operation::Move: return true;
+        case Operation::Push: return push(h);
         case Operation::Flip: return flip(h);
         case Operation::Collapse: return collapse(h);
         case Operation::Split: {
@@ -496,6 +511,8 @@ bool Editor::attempt(Operation operation, int h, Aim aim, double mean, Reach rea
     bool done = begin(trial, operation, h);
     if (done) {
         if (operation == Operation::Split) around.insert(around.begin(), trial.around.front());
+        // What was pushed would go straight back.
+        if (operation == Operation::Push) std::rotate(around.begin(), around.begin() + 1, around.end());
         // Rounds go on while, at the pace of the last one, they may still reach what was before.
         const int rounds = reach == Reach::Wide ? 4 : 2;
         double after = 0, last = std::numeric_limits<double>::infinity();
@@ -582,6 +599,60 @@ bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
             roll_back(two);
         }
     roll_back(one);
+    return false;
+}
+
+// Applies one way to mend and relaxes what is around, recording; a vertex that comes is added. @returns the energy around that leaves
+std::optional<double> Editor::apply(const Mending& mending, const Eigen::Vector3d& fault, int rounds, std::vector<int>& around) {
+    const Trial& trial = trials_[0];
+    if (!begin(trials_[0], mending.operation, mending.halfedge)) return std::nullopt;
+    const bool comes = mending.operation == Operation::Split;
+    if (comes) around.push_back(trial.around.front());
+    const int goes = !mending.goes ? -1 : comes ? trial.around.front() : mesh_.origin(mending.halfedge);
+    if (goes >= 0) {
+        Vertex x = vertices_[goes];
+        const std::optional<Foot> foot = x.bound == Bound::Free ? support_.move(x.place, x.p, fault) : std::nullopt;
+        if (!foot) return std::nullopt;
+        take_foot(x, *foot);
+        set_vertex(goes, x);
+    }
+    for (int round = 0; round < rounds; ++round)
+        for (const int v : around)
+            if (v != goes) relax(v, Aim::Worst);
+    return energy_around(around, Aim::Worst, 1);
+}
+
+bool Editor::mend(const std::vector<int>& corners, const Eigen::Vector3d& fault) {
+    std::vector<int> region = corners;
+    add_ring(region);
+    std::vector<Mending> ways;
+    const auto offer = [&](Operation operation, int h, bool goes) {
+        std::vector<int> around = region;
+        if (const auto energy = apply({operation, h, goes}, fault, 1, around); energy && *energy < kBadlyMended) ways.push_back({operation, h, goes, *energy});
+        roll_back(trials_[0]);
+    };
+    for (const int v : corners) {
+        std::vector<int> edges;
+        mesh_.for_each_edge(v, [&](int h, int other) {
+            if (v < other && std::find(corners.begin(), corners.end(), other) != corners.end()) edges.push_back(h);
+        });
+        offer(Operation::Move, mesh_.outgoing(v), true);
+        for (const int h : edges) {
+            if (can_flip(h) && flip_rise(h) < kHopefulRise) offer(Operation::Flip, h, false);
+            for (const bool goes : {false, true}) offer(Operation::Split, h, goes);
+        }
+    }
+    std::stable_sort(ways.begin(), ways.end(), [](const Mending& a, const Mending& b) { return a.energy < b.energy; });
+    if (ways.size() > kMostWays) ways.resize(kMostWays);
+    for (const Mending& way : ways) {
+        std::vector<int> around = region;
+        if (apply(way, fault, kMendRounds, around) && is_allowed(around)) {
+            trials_[0].around = around;
+            keep(trials_[0]);
+            return true;
+        }
+        roll_back(trials_[0]);
+    }
     return false;
 }
 

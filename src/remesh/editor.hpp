@@ -167,7 +167,7 @@ class Editor {
 
     // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less at `mean`, and
     // if the guard lets it.
-    enum class Operation { Move, Flip, Collapse, Split };
+    enum class Operation { Move, Push, Flip, Collapse, Split };  // Push: the origin of the edge goes some way along it before anything relaxes
     enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too
     bool attempt(Operation operation, int h, Aim aim, double mean, Reach reach = Reach::Near);
     // Rise of the energy by a flip, before anything moves, up to which it may turn out well once the neighbours have moved too.
@@ -175,6 +175,9 @@ class Editor {
     // The same for two operations in a row, the second on any edge around: a way out where each alone makes things worse.
     enum class Search { Quick, Thorough };  // second operations that look promising, or all
     bool attempt_pair(Operation first, int h, double mean, Search search);
+    // Applies, of the operations on the edges between some vertices and of those that bring a vertex near a fault, the one that leaves the
+    // best shapes of those the guard lets pass. @returns whether there is one
+    bool mend(const std::vector<int>& corners, const Eigen::Vector3d& fault);
     // Vertices around the last operation that was kept.
     const std::vector<int>& touched() const { return touched_; }
 
@@ -198,6 +201,14 @@ class Editor {
         });
     }
     double energy_around(const std::vector<int>& around, Aim aim, double mean);
+    struct Mending {
+        Operation operation;
+        int halfedge;
+        bool goes;  // a vertex to the fault: the one that comes by a split, or the origin of the half-edge
+        double energy = 0;
+    };
+    std::optional<double> apply(const Mending& mending, const Eigen::Vector3d& fault, int rounds, std::vector<int>& around);
+    bool push(int h);
     void set_vertex(int v, const Vertex& x);
     void list_corners(int h, std::vector<int>& around) const;
     void add_ring(std::vector<int>& around) const;

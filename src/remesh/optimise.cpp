@@ -266,6 +266,20 @@ bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseR
     return false;
 }
 
+// Tries to push its corners out of where they are stuck.
+bool improve_by_pushes(Editor& editor, int t, double mean, OptimiseReport& report) {
+    const Connectivity& mesh = editor.mesh();
+    std::vector<int> spokes;
+    for (const int v : mesh.triangle(t)) mesh.for_each_outgoing(v, [&](int h) { spokes.push_back(h); });
+    for (const int h : spokes) {
+        ++report.worst_attempts;
+        if (!editor.attempt(Editor::Operation::Push, h, Aim::Worst, mean, Editor::Reach::Wide)) continue;
+        ++report.worst_kept;
+        return true;
+    }
+    return false;
+}
+
 // Quality of a triangle, or less where a goal would be met but for edges at its corners that differ by much.
 double standing(const Editor& editor, int t, double goal) {
     double standing = editor.quality(t);
@@ -306,6 +320,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
             left_for_pairs -= editor.moves() - before;
             return improved;
         };
+        const auto by_pushes = [&](int t) { return editor.quality(t) < goal - kFarBelow && improve_by_pushes(editor, t, mean, report); };
         for (int round = 0; round < kWorstRounds; ++round) {
             std::vector<std::pair<double, int>> bad;
             for (int t = 0; t < mesh.num_triangles(); ++t) {
@@ -321,7 +336,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 const Triangle corners = mesh.triangle(t);
                 if (const auto tried = hopeless.find(corners); tried != hopeless.end() && std::abs(tried->second - now) < kSameQuality) continue;
                 const bool moved = editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
-                if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_pairs(t))
+                if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_pairs(t) || by_pushes(t))
                     ++kept_now;
                 else
                     hopeless[corners] = standing_of(t);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 
@@ -28,8 +29,10 @@ constexpr double kAround = 3;        // sizes
 constexpr double kSamePlace = 0.25;  // sizes: what was broken and moved is broken as before
 constexpr int kMostAttempts = 3;     // to mend a mesh
 // Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than they are worth.
-constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.85;
-constexpr double kChanged = 0.005;    // of a size: edges stay unit where it changes by less
+constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.82;
+// Faults that are mended one by one, over the triangles or in all: where there are more, lower sizes cost less and leave better shapes.
+constexpr double kFewFaults = 0.001, kFewFaultsInAll = 8;
+constexpr double kChanged = 0.005;     // of a size: edges stay unit where it changes by less
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
 Eigen::Vector2d on_halfedge(int h, double s) {
@@ -495,6 +498,31 @@ MeshPart part_around(const Editor& editor, std::span<const int> vertices) {
     return part;
 }
 
+double worst(std::span<const MeshFault> faults) {
+    double worst = 0;
+    for (const MeshFault& fault : faults) worst = std::max(worst, fault.distance);
+    return worst;
+}
+
+// Mends the faults of a mesh one by one, as far as that can be done.
+void mend(Editor& editor, const SurfaceMesh& mesh, std::span<const MeshFault> faults, MeshChecks& checks) {
+    for (const MeshFault& fault : faults) {
+        const auto allows = [&](const Editor& now, std::span<const int> around) {
+            MeshPart part = part_around(now, around);
+            part.fault = fault.point;
+            return checks.allows(part);
+        };
+        std::vector<int> corners;
+        for (const int t : fault.triangles)
+            for (const int v : mesh.triangles[t])
+                if (std::find(corners.begin(), corners.end(), v) == corners.end()) corners.push_back(v);
+        if (allows(editor, corners)) continue;  // mended with another
+        editor.set_guard(allows);
+        editor.mend(corners, fault.point);
+    }
+    editor.set_guard({});
+}
+
 }  // namespace
 
 bool is_around(const Vector3d& p, double size, std::span<const Vector3d> places) {
@@ -534,8 +562,8 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
         support = std::move(on_it);
         own = std::move(finer);
     };
-    const auto check_now = [&](MeshStage stage) {
-        result.mesh = export_mesh(surface, *support, *editor);
+    const auto take_mesh = [&] { result.mesh = export_mesh(surface, *support, *editor); };
+    const auto sizes_after = [&](MeshStage stage) {
         auto sizes = checks ? checks->sizes_after(result.mesh, stage, in_vain) : std::nullopt;
         clock.done("check");
         return sizes;
@@ -543,14 +571,31 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     // Drafts until one is good enough.
     if (checks) {
         run(MeshStage::Draft, {});
-        while (const auto sizes = check_now(MeshStage::Draft)) {
+        take_mesh();
+        while (const auto sizes = sizes_after(MeshStage::Draft)) {
             start_from(editor->mesh(), editor->vertices(), *sizes);
             run(MeshStage::Draft, changed(*editor, result.mesh.sizes, *sizes));
+            take_mesh();
         }
     }
-    // Then the whole schedule, and again near what there is to mend.
+    // Then the whole schedule, and again near what there is to mend, or one by one where that is little.
     run(MeshStage::Final, {});
-    while (auto sizes = check_now(MeshStage::Final)) {
+    take_mesh();
+    std::vector<MeshFault> faults;
+    const auto are_few = [&] { return static_cast<double>(faults.size()) <= std::max(kFewFaultsInAll, kFewFaults * static_cast<double>(result.mesh.triangles.size())); };
+    for (std::size_t mended = std::numeric_limits<std::size_t>::max();;) {
+        if (checks) faults = checks->faults_of(result.mesh);
+        if (!faults.empty() && are_few() && faults.size() < mended) {
+            clock.done("check");
+            mended = faults.size();
+            mend(*editor, result.mesh, faults, *checks);
+            editor->renumber();
+            take_mesh();
+            clock.done("mending");
+            continue;
+        }
+        auto sizes = sizes_after(MeshStage::Final);
+        if (!sizes) break;
         const Connectivity mesh = editor->mesh();
         const std::vector<Vertex> vertices = editor->vertices();
         const std::vector<BrokenPlace> broken_before = broken_places(*editor);
@@ -567,6 +612,7 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
             for (std::size_t v = 0; v < vertices.size(); ++v)
                 if (attempt + 1 == kMostAttempts || is_around(vertices[v].p, vertices[v].h, std::span(in_vain).subspan(known))) (*sizes)[v] = result.mesh.sizes[v];
         }
+        take_mesh();
     }
     // Last what is not as good as it could be, without losing what was reached.
     if (checks && !options.fast) {
@@ -579,14 +625,16 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
             });
             take_report(polish(polisher, std::min(kGoalOfPolish, options.goal), clock), statistics);
             SurfaceMesh polished = export_mesh(surface, *support, polisher);
-            const std::vector<Vector3d> faults = checks->faults_of(polished);
+            const std::vector<MeshFault> left = checks->faults_of(polished);
             clock.done("check");
-            if (faults.empty()) {
+            if (worst(left) <= worst(faults)) {
                 result.mesh = std::move(polished);
-                break;
+                return result;
             }
-            barred.insert(barred.end(), faults.begin(), faults.end());
+            for (const MeshFault& fault : left) barred.push_back(fault.point);
         }
+        checks->faults_of(result.mesh);
+        clock.done("check");
     }
     return result;
 }

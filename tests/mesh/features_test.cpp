@@ -132,6 +132,29 @@ TEST_CASE("an open grid has four boundary chains between its corners", "[exact]"
     CHECK(found_in(testing::annulus(24, 3)).closed() == 2);
 }
 
+TEST_CASE("jags of a boundary are corners where they are higher than the scale", "[exact]") {
+    constexpr int n = 12;
+    constexpr double height = 0.6;
+    Mesh mesh;
+    for (const double y : {0.0, 1.0})
+        for (int i = 0; i <= n; ++i) mesh.points.emplace_back(i, y, 0);
+    for (int i = 0; i < n; ++i) {
+        mesh.points.emplace_back(i + 0.5, 1 + height, 0);
+        const int a = i, b = a + 1, c = a + n + 1, d = c + 1, tip = 2 * (n + 1) + i;
+        mesh.triangles.insert(mesh.triangles.end(), {{a, b, d}, {a, d, c}, {c, d, tip}});
+    }
+    const auto inner_corners = [&](double scale) {
+        const Found found = found_in(mesh, {.scale = scale});
+        int count = 0;
+        // Near the ends the boundary turns all in all.
+        for (std::size_t v = 0; v < mesh.points.size(); ++v) count += found.features.corner[v] && mesh.points[v].x() > 2 && mesh.points[v].x() < n - 2;
+        return count;
+    };
+    CHECK(inner_corners(0) == 0);
+    CHECK(inner_corners(1.01 * height) == 0);
+    CHECK(inner_corners(0.99 * height) == (n - 5) + (n - 4));
+}
+
 TEST_CASE("borders between labels are features, and what is given", "[exact]") {
     const Mesh mesh = triangulations::graph(8, flat, 0);
     const auto middle = [&](const Triangle& t) { return Vector3d((mesh.points[t[0]] + mesh.points[t[1]] + mesh.points[t[2]]) / 3); };

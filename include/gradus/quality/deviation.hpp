@@ -55,7 +55,8 @@ class DeviationProof {
     /// Whether a part of a mesh, a disk about, keeps the limit as far as can be told without the rest: its first triangles everywhere, and
     /// the surface at its vertices and along its edges where one of those is the closest of the part.
     /// @param changed  number of the first triangles  @param under  a triangle of the surface near each vertex
-    bool is_kept_by(const MeshView& part, int changed, std::span<const int> under);
+    /// @param also     a point of the surface to look at as well
+    bool is_kept_by(const MeshView& part, int changed, std::span<const int> under, const std::optional<Eigen::Vector3d>& also = std::nullopt);
 
     double limit() const { return limit_; }
     const DistanceTarget& target() const { return target_; }  ///< the surface

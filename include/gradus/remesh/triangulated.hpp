@@ -80,20 +80,28 @@ struct MeshPart {
     std::vector<SurfacePoint> places;  ///< on the triangulation
     std::vector<Triangle> triangles;
     int changed = 0;                   ///< number of the first triangles
+    std::optional<Eigen::Vector3d> fault = {};  ///< a point of the triangulation where the mesh was not good
+};
+
+/// A place where a mesh is not good.
+struct MeshFault {
+    Eigen::Vector3d point;       ///< of the triangulation
+    double distance = 0;         ///< how bad it is, > 0
+    std::vector<int> triangles;  ///< of the mesh there
 };
 
 /// Looks at meshes while they are made.
 class MeshChecks {
   public:
     virtual ~MeshChecks() = default;
+    /// Where a mesh that may be the last is not good. Of the meshes that this is called for the last is the result.
+    virtual std::vector<MeshFault> faults_of(const SurfaceMesh&) { return {}; }
     /// What sizes at its vertices to go on with, or nothing where the mesh is good. Called for drafts first, then for meshes that may be
-    /// the last.
+    /// the last, after `faults_of`.
     /// @param in_vain  places where lower sizes broke the mesh, which was put back there: lower ones are not to be asked for again
     virtual std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Eigen::Vector3d> in_vain) = 0;
-    /// Whether triangles of the last mesh may be replaced by those that changed.
+    /// Whether a mesh is good where triangles were replaced by those that changed, as far as can be told from these.
     virtual bool allows(const MeshPart&) { return true; }
-    /// Where the mesh that came of such replacements is worse than the last: nowhere, and it is taken instead.
-    virtual std::vector<Eigen::Vector3d> faults_of(const SurfaceMesh&) { return {}; }
 };
 
 /// Whether a vertex of some size is around one of these places: within three sizes.
