@@ -40,7 +40,6 @@ void ControlSpace::reserve(std::size_t vertices, std::size_t triangles, std::spa
     for (std::size_t v = 0; v < sizes.size(); ++v)
         if (!(sizes[v] > 0) || !std::isfinite(sizes[v])) throw std::invalid_argument("ControlSpace: size of vertex " + std::to_string(v) + " is not positive and finite");
     cells_.reserve(triangles);
-    areas_.reserve(triangles);
 }
 
 void ControlSpace::add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& logs, const std::array<int, 3>& neighbour) {
@@ -49,7 +48,6 @@ void ControlSpace::add_cell(const std::array<Eigen::Vector3d, 3>& corner, const 
     const bool has_area = n2 > 0;
     cells_.push_back({corner[0], has_area ? Eigen::Vector3d(e2.cross(n) / n2) : Eigen::Vector3d::Zero(), has_area ? Eigen::Vector3d(n.cross(e1) / n2) : Eigen::Vector3d::Zero(),
                       logs[0], logs[1] - logs[0], logs[2] - logs[0], neighbour});
-    areas_.push_back(std::sqrt(n2) / 2);
 }
 
 ControlSpace::ControlSpace(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, std::span<const double> sizes) {
@@ -184,11 +182,13 @@ double ControlSpace::predicted_triangles() const {
     const double r = std::sqrt(15.0);
     const double a1 = (6 - r) / 21, a2 = (6 + r) / 21, w0 = 9.0 / 40, w1 = (155 - r) / 1200, w2 = (155 + r) / 1200;
     double sum = 0;
-    for (std::size_t t = 0; t < cells_.size(); ++t) {
-        const Cell& c = cells_[t];
+    for (const Cell& c : cells_) {
+        // The gradients of two barycentric coordinates span a parallelogram of one over that of the sides.
+        const double over_twice_area = c.ga.cross(c.gb).norm();
+        if (!(over_twice_area > 0)) continue;
         const auto density = [&](double a, double b) { return std::exp(-2 * (c.log0 + a * c.da + b * c.db)); };
         const auto orbit = [&](double a) { return density(a, a) + density(a, 1 - 2 * a) + density(1 - 2 * a, a); };
-        sum += areas_[t] * (w0 * density(1.0 / 3, 1.0 / 3) + w1 * orbit(a1) + w2 * orbit(a2));
+        sum += 0.5 / over_twice_area * (w0 * density(1.0 / 3, 1.0 / 3) + w1 * orbit(a1) + w2 * orbit(a2));
     }
     return sum / (std::numbers::sqrt3 / 4);
 }

@@ -65,26 +65,59 @@ Connectivity::Connectivity(int num_vertices, std::span<const Triangle> triangles
     }
 }
 
-Connectivity Connectivity::renumbered(std::span<const int> number, int num_vertices, std::span<const int> order) const {
+Connectivity::Numbering Connectivity::breadth_first() const {
+    Numbering numbering;
+    auto& [order, triangles, number] = numbering;
+    number.assign(num_vertices(), kNone);
+    order.reserve(num_vertices());
+    for (int start = 0; start < num_vertices(); ++start) {
+        if (!is_live_vertex(start) || number[start] != kNone) continue;
+        number[start] = static_cast<int>(order.size());
+        order.push_back(start);
+        for (std::size_t i = number[start]; i < order.size(); ++i)
+            for_each_outgoing(order[i], [&](int h) {
+                for (const int v : {target(h), apex(h)})
+                    if (number[v] == kNone) {
+                        number[v] = static_cast<int>(order.size());
+                        order.push_back(v);
+                    }
+            });
+    }
+    // A counting sort.
+    const auto first_of = [&](int t) {
+        const Triangle v = triangle(t);
+        return std::min({number[v[0]], number[v[1]], number[v[2]]});
+    };
+    std::vector<int> start(order.size() + 1, 0);
+    triangles.resize(num_live_triangles());
+    for (int t = 0; t < num_triangles(); ++t)
+        if (is_live_triangle(t)) ++start[first_of(t) + 1];
+    for (std::size_t v = 0; v < order.size(); ++v) start[v + 1] += start[v];
+    for (int t = 0; t < num_triangles(); ++t)
+        if (is_live_triangle(t)) triangles[start[first_of(t)]++] = t;
+    return numbering;
+}
+
+Connectivity Connectivity::renumbered(const Numbering& numbering) const {
+    const auto& [order, triangles, number] = numbering;
     std::vector<int> place(num_triangles(), kNone);
-    for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<int>(i);
+    for (std::size_t i = 0; i < triangles.size(); ++i) place[triangles[i]] = static_cast<int>(i);
     const auto moved = [&](int h) { return h == kNone ? kNone : 3 * place[h / 3] + h % 3; };
     Connectivity result;
-    result.origin_.reserve(3 * order.size());
-    result.twin_.reserve(3 * order.size());
-    result.tag_.reserve(3 * order.size());
-    for (const int t : order)
+    result.origin_.reserve(3 * triangles.size());
+    result.twin_.reserve(3 * triangles.size());
+    result.tag_.reserve(3 * triangles.size());
+    for (const int t : triangles)
         for (int h = 3 * t; h < 3 * t + 3; ++h) {
             result.origin_.push_back(number[origin_[h]]);
             result.twin_.push_back(moved(twin_[h]));
             result.tag_.push_back(tag_[h]);
         }
-    result.outgoing_.assign(num_vertices, kNone);
-    result.valence_.assign(num_vertices, 0);
-    for (int v = 0; v < this->num_vertices(); ++v) {
-        if (!is_live_vertex(v)) continue;
-        result.outgoing_[number[v]] = moved(outgoing_[v]);
-        result.valence_[number[v]] = valence_[v];
+    result.outgoing_.reserve(order.size());
+    result.valence_.reserve(order.size());
+    for (const int v : order) {
+        result.outgoing_.push_back(moved(outgoing_[v]));
+        result.valence_.push_back(valence_[v]);
     }
     return result;
 }

@@ -120,7 +120,7 @@ class ChordErrorCheck : public MeshChecks {
     }
 
     Sizes sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Vector3d> in_vain) override {
-        if (made_.lowerings > 0) control_.reset();
+        control_.reset();
         return stage == MeshStage::Draft ? after_draft(mesh) : after_final(mesh, in_vain);
     }
 

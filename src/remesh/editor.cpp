@@ -657,38 +657,12 @@ bool Editor::mend(const std::vector<int>& corners, const Eigen::Vector3d& fault)
 }
 
 void Editor::renumber() {
-    const int n = mesh_.num_vertices();
-    std::vector<int> number(n, -1), order;
-    order.reserve(n);
-    // Breadth first, each part from its first vertex.
-    for (int start = 0; start < n; ++start) {
-        if (!mesh_.is_live_vertex(start) || number[start] >= 0) continue;
-        number[start] = static_cast<int>(order.size());
-        order.push_back(start);
-        for (std::size_t i = number[start]; i < order.size(); ++i)
-            mesh_.for_each_outgoing(order[i], [&](int h) {
-                for (const int v : {mesh_.target(h), mesh_.apex(h)})
-                    if (number[v] < 0) {
-                        number[v] = static_cast<int>(order.size());
-                        order.push_back(v);
-                    }
-            });
-    }
-    // Triangles by their first vertex, as a counting sort.
-    const auto first_of = [&](int t) {
-        const Triangle v = mesh_.triangle(t);
-        return std::min({number[v[0]], number[v[1]], number[v[2]]});
-    };
-    std::vector<int> start(order.size() + 1, 0), triangles(mesh_.num_live_triangles());
-    for (int t = 0; t < mesh_.num_triangles(); ++t)
-        if (mesh_.is_live_triangle(t)) ++start[first_of(t) + 1];
-    for (std::size_t v = 0; v < order.size(); ++v) start[v + 1] += start[v];
-    for (int t = 0; t < mesh_.num_triangles(); ++t)
-        if (mesh_.is_live_triangle(t)) triangles[start[first_of(t)]++] = t;
-    std::vector<Vertex> vertices(order.size());
-    for (std::size_t i = 0; i < order.size(); ++i) vertices[i] = vertices_[order[i]];
+    const Connectivity::Numbering numbering = mesh_.breadth_first();
+    std::vector<Vertex> vertices;
+    vertices.reserve(numbering.vertices.size());
+    for (const int v : numbering.vertices) vertices.push_back(vertices_[v]);
     vertices_ = std::move(vertices);
-    mesh_ = mesh_.renumbered(number, static_cast<int>(order.size()), triangles);
+    mesh_ = mesh_.renumbered(numbering);
     stamp_.assign(mesh_.num_triangles(), 0);
     stamp_now_ = 0;
 }

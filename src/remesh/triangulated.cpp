@@ -347,12 +347,14 @@ Foot TriangleSupport::middle(int chain, const Foot& a, const Foot& b) const {
 
 namespace {
 
-std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const TriangleSupport& support, const Frozen& frozen, std::span<const int> cells) {
+// @param order  vertices of the triangulation
+std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const TriangleSupport& support, const Frozen& frozen, std::span<const int> cells,
+                                   std::span<const int> order) {
     const Connectivity& mesh = surface.support.mesh();
-    std::vector<Vertex> vertices(mesh.num_vertices());
-    for (int v = 0; v < mesh.num_vertices(); ++v) {
-        if (!mesh.is_live_vertex(v)) continue;
-        Vertex& x = vertices[v];
+    std::vector<Vertex> vertices(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        const int v = order[i];
+        Vertex& x = vertices[i];
         take_foot(x, support.at_vertex(v, cells[v]));
         x.p = surface.support.points()[v];
         if (surface.features.corner[v] || frozen.has_vertex(v)) x.bound = Bound::Fixed;
@@ -369,6 +371,13 @@ Connectivity with_frozen_edges(Connectivity mesh, const Frozen& frozen) {
     for (int h = 0; h < static_cast<int>(frozen.half_edge.size()); ++h)
         if (frozen.half_edge[h] && mesh.twin(h) < h) mesh.set_tag(h, frozen_tag(mesh.tag(h)));
     return mesh;
+}
+
+// Of the triangulation's own mesh.
+std::unique_ptr<Editor> first_editor(const TriangulatedSurface& surface, const TriangleSupport& support, const Frozen& frozen, std::span<const int> cells) {
+    const Connectivity::Numbering numbering = surface.support.mesh().breadth_first();
+    Connectivity mesh = with_frozen_edges(surface.support.mesh(), frozen).renumbered(numbering);
+    return std::make_unique<Editor>(support, place_vertices(surface, support, frozen, cells, numbering.vertices), std::move(mesh));
 }
 
 std::vector<Vertex> with_sizes(const Connectivity& mesh, std::vector<Vertex> vertices, std::span<const double> sizes) {
@@ -538,8 +547,7 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     StageClock clock(statistics.seconds);
     auto support = std::make_unique<TriangleSupport>(surface.support, surface.features, control);
     const Frozen frozen = surface.required ? frozen_elements(surface.support.points(), surface.support.mesh(), *surface.required) : Frozen{};
-    auto editor = std::make_unique<Editor>(*support, place_vertices(surface, *support, frozen, cells), with_frozen_edges(surface.support.mesh(), frozen));
-    editor->renumber();
+    auto editor = first_editor(surface, *support, frozen, cells);
     statistics.generated_triangles = editor->mesh().num_live_triangles();
     clock.done("assembly");
     std::unique_ptr<ControlSpace> own;  // of the last mesh, with lower sizes
@@ -577,6 +585,8 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
             run(MeshStage::Draft, changed(*editor, result.mesh.sizes, *sizes));
             take_mesh();
         }
+        // Sizes at its own vertices do from here on.
+        if (!own) start_from(editor->mesh(), editor->vertices(), result.mesh.sizes);
     }
     // Then the whole schedule, and again near what there is to mend, or one by one where that is little.
     run(MeshStage::Final, {});

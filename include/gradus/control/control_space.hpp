@@ -49,7 +49,6 @@ class ControlSpace {
     double log_size_in_parameters(const SurfacePoint& at, int& triangle) const;
 
     std::vector<Cell> cells_;
-    std::vector<double> areas_;
     const Background* background_ = nullptr;
     std::vector<Grid> grids_;  // one per patch
 };

@@ -21,8 +21,14 @@ class Connectivity {
     ///         vertex whose triangles form more than one fan
     Connectivity(int num_vertices, std::span<const Triangle> triangles);
 
-    /// The same mesh with other numbers: vertex v becomes number[v] (removed ones aside), triangle order[i] becomes i.
-    Connectivity renumbered(std::span<const int> number, int num_vertices, std::span<const int> order) const;
+    /// Other numbers for what is not removed.
+    struct Numbering {
+        std::vector<int> vertices, triangles;  ///< the present numbers, in the new order
+        std::vector<int> new_number;           ///< of each vertex, or kNone
+    };
+    /// Keeps what is next to each other together: breadth first, each component from its first vertex; triangles by their first vertex.
+    Numbering breadth_first() const;
+    Connectivity renumbered(const Numbering& numbering) const;
 
     int num_triangles() const { return static_cast<int>(origin_.size() / 3); }  ///< including removed ones
     int num_vertices() const { return static_cast<int>(outgoing_.size()); }     ///< including removed ones

@@ -110,7 +110,7 @@ bool is_around(const Eigen::Vector3d& p, double size, std::span<const Eigen::Vec
 /// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features, corners and
 /// topology are kept, and so is what is required. Places of the result name triangles of the triangulation.
 /// @throws std::invalid_argument for required elements as frozen_elements does
-/// @param control  not looked at any more once `checks` gave sizes and is called again: it may be gone by then
+/// @param control  not looked at any more once `checks` is called: it may be gone by then
 /// @param checks   null: none
 /// @param cells    for each vertex of the triangulation a triangle of the control space at it
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
