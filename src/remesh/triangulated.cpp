@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <stdexcept>
 
@@ -32,6 +31,7 @@ constexpr int kMostAttempts = 3;     // to mend a mesh
 constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.82;
 // Faults that are mended one by one, over the triangles or in all: where there are more, lower sizes cost less and leave better shapes.
 constexpr double kFewFaults = 0.001, kFewFaultsInAll = 8;
+constexpr int kMostMendings = 20;      // of a mesh
 constexpr double kChanged = 0.005;     // of a size: edges stay unit where it changes by less
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
@@ -513,8 +513,9 @@ double worst(std::span<const MeshFault> faults) {
     return worst;
 }
 
-// Mends the faults of a mesh one by one, as far as that can be done.
-void mend(Editor& editor, const SurfaceMesh& mesh, std::span<const MeshFault> faults, MeshChecks& checks) {
+// Mends the faults of a mesh one by one, as far as that can be done. @returns whether anything was done
+bool mend(Editor& editor, const SurfaceMesh& mesh, std::span<const MeshFault> faults, MeshChecks& checks) {
+    bool any = false;
     for (const MeshFault& fault : faults) {
         const auto allows = [&](const Editor& now, std::span<const int> around) {
             MeshPart part = part_around(now, around);
@@ -527,9 +528,11 @@ void mend(Editor& editor, const SurfaceMesh& mesh, std::span<const MeshFault> fa
                 if (std::find(corners.begin(), corners.end(), v) == corners.end()) corners.push_back(v);
         if (allows(editor, corners)) continue;  // mended with another
         editor.set_guard(allows);
-        editor.mend(corners, fault.point);
+        any = editor.mend(corners, fault.point) || any;
     }
     editor.set_guard({});
+    if (any) editor.renumber();
+    return any;
 }
 
 }  // namespace
@@ -593,16 +596,18 @@ RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& cont
     take_mesh();
     std::vector<MeshFault> faults;
     const auto are_few = [&] { return static_cast<double>(faults.size()) <= std::max(kFewFaultsInAll, kFewFaults * static_cast<double>(result.mesh.triangles.size())); };
-    for (std::size_t mended = std::numeric_limits<std::size_t>::max();;) {
+    for (int mendings = 0;;) {
         if (checks) faults = checks->faults_of(result.mesh);
-        if (!faults.empty() && are_few() && faults.size() < mended) {
+        if (!faults.empty() && are_few() && mendings++ < kMostMendings) {
             clock.done("check");
-            mended = faults.size();
-            mend(*editor, result.mesh, faults, *checks);
-            editor->renumber();
-            take_mesh();
+            auto mender = std::make_unique<Editor>(*support, editor->vertices(), editor->mesh());
+            const bool mended = mend(*mender, result.mesh, faults, *checks);
+            if (mended) {
+                editor = std::move(mender);
+                take_mesh();
+            }
             clock.done("mending");
-            continue;
+            if (mended) continue;
         }
         auto sizes = sizes_after(MeshStage::Final);
         if (!sizes) break;
