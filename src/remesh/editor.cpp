@@ -103,11 +103,14 @@ class Legality {
     void had(const Vertex& a, const Vertex& b, const Vertex& c) {
         const double energy = triangle_energy(a, b, c);
         energy_ = std::max(energy_, energy);
+        facing_ += (b.p - a.p).cross(c.p - a.p);
         if (energy > kLegalEnergy) fold_ = std::max(fold_, fold_of(a, b, c));
     }
     // @param worse  by how much the energy of one that comes may be above that of those that went
     bool allows(const Vertex& a, const Vertex& b, const Vertex& c, double worse = 1) const {
         const double energy = triangle_energy(a, b, c);
+        // Corners do not know on which side the surface is: between three of them, beside a notch, a triangle may be outside.
+        if (a.lean == kAnyNormal && b.lean == kAnyNormal && c.lean == kAnyNormal && !((b.p - a.p).cross(c.p - a.p).dot(facing_) > 0)) return false;
         // Needles have a large energy too, which is no leave to fold.
         return energy <= worse * energy_ && (energy <= kLegalEnergy || fold_of(a, b, c) <= fold_);
     }
@@ -117,6 +120,7 @@ class Legality {
         return fold_penalty(least_agreement(a, b, c, (b.p - a.p).cross(c.p - a.p).stableNormalized()));
     }
     double energy_ = kLegalEnergy, fold_ = kLegalEnergy;
+    Eigen::Vector3d facing_{0, 0, 0};  // sum of their normals by their areas
 };
 
 int penalty(int valence, bool boundary) {

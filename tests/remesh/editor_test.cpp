@@ -23,9 +23,10 @@ class Plane : public Support {
     double size = 1;
 };
 
-Editor edited(const Plane& plane, const std::vector<Vector3d>& points, const std::vector<Triangle>& triangles) {
+Editor edited(const Plane& plane, const std::vector<Vector3d>& points, const std::vector<Triangle>& triangles, const std::vector<int>& corners = {}) {
     std::vector<Vertex> vertices(points.size());
     for (std::size_t v = 0; v < points.size(); ++v) take_foot(vertices[v], plane.foot({}, points[v]));
+    for (const int v : corners) vertices[v].bound = Bound::Fixed, vertices[v].lean = kAnyNormal;
     return {plane, std::move(vertices), Connectivity(static_cast<int>(points.size()), triangles)};
 }
 
@@ -49,6 +50,16 @@ TEST_CASE("an edge beside a needle is halved in line, and not where a half would
     CHECK(editor.split(0) >= 0);
     REQUIRE(editor.mesh().num_live_triangles() == 4);
     for (int t = 0; t < 4; ++t) CHECK(area(editor, t) > 0);
+}
+
+TEST_CASE("no flip puts a triangle between corners across a notch", "[exact]") {
+    const Plane plane;
+    // Seen from 3 the notch between 0 and 2 goes as far as 1.
+    Editor editor = edited(plane, {{1, 1, 0}, {0, 0, 0}, {1, -1, 0}, {-1.5, 0, 0}}, {{0, 3, 1}, {3, 2, 1}}, {0, 1, 2});
+    const int inner = editor.mesh().find_edge(1, 3);
+    REQUIRE(editor.mesh().twin(inner) >= 0);
+    CHECK_FALSE(editor.flip(inner));
+    for (int t = 0; t < 2; ++t) CHECK(area(editor, t) > 0);
 }
 
 namespace {
