@@ -31,7 +31,7 @@ constexpr int kMostAttempts = 3;     // to mend a mesh
 constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.82;
 // Faults that are mended one by one, over the triangles or in all: where there are more, lower sizes cost less and leave better shapes.
 constexpr double kFewFaults = 0.001, kFewFaultsInAll = 8;
-constexpr int kMostMendings = 20;      // of a mesh
+constexpr int kMostMendings = 8;       // in a row
 constexpr double kChanged = 0.005;     // of a size: edges stay unit where it changes by less
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
@@ -541,117 +541,166 @@ bool is_around(const Vector3d& p, double size, std::span<const Vector3d> places)
     return std::any_of(places.begin(), places.end(), [&](const Vector3d& q) { return (q - p).norm() < kAround * size; });
 }
 
-RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options,
-                    MeshChecks* checks) {
-    RemeshResult result;
-    RemeshStatistics& statistics = result.statistics;
-    statistics.predicted_triangles = control.predicted_triangles();
-    check_estimate(statistics.predicted_triangles, options);
-    StageClock clock(statistics.seconds);
-    auto support = std::make_unique<TriangleSupport>(surface.support, surface.features, control);
-    const Frozen frozen = surface.required ? frozen_elements(surface.support.points(), surface.support.mesh(), *surface.required) : Frozen{};
-    auto editor = first_editor(surface, *support, frozen, cells);
-    statistics.generated_triangles = editor->mesh().num_live_triangles();
-    clock.done("assembly");
-    std::unique_ptr<ControlSpace> own;  // of the last mesh, with lower sizes
-    std::vector<Vector3d> in_vain;
-    bool given = true, fitted = false;
-    const auto run = [&](MeshStage stage, std::vector<char> active) {
-        const bool fast = stage == MeshStage::Draft || options.fast;
-        const double goal = checks ? std::min(kGoalOnTheWay, options.goal) : options.goal;
-        take_report(optimise(*editor, {.fast = fast, .goal = goal, .given = given, .fitted = fitted, .active = std::move(active)}, clock), statistics);
-        given = false;
-        fitted = stage == MeshStage::Draft;
-    };
-    // Starts from a mesh with other sizes at its vertices.
-    const auto start_from = [&](const Connectivity& mesh, const std::vector<Vertex>& vertices, std::span<const double> sizes) {
-        auto finer = std::make_unique<ControlSpace>(result.mesh.points, mesh, sizes);
-        statistics.predicted_triangles = finer->predicted_triangles();
-        check_estimate(statistics.predicted_triangles, options);
-        auto on_it = std::make_unique<TriangleSupport>(surface.support, surface.features, *finer);
-        editor = std::make_unique<Editor>(*on_it, with_sizes(mesh, vertices, sizes), mesh);
-        support = std::move(on_it);
-        own = std::move(finer);
-    };
-    const auto take_mesh = [&] { result.mesh = export_mesh(surface, *support, *editor); };
-    const auto sizes_after = [&](MeshStage stage) {
-        auto sizes = checks ? checks->sizes_after(result.mesh, stage, in_vain) : std::nullopt;
-        clock.done("check");
+namespace {
+
+// One mesh on its way to the result.
+class Remesher {
+  public:
+    Remesher(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options, MeshChecks* checks)
+        : surface_(surface), options_(options), checks_(checks), clock_(result_.statistics.seconds) {
+        expect(control);
+        support_ = std::make_unique<TriangleSupport>(surface.support, surface.features, control);
+        const Frozen frozen = surface.required ? frozen_elements(surface.support.points(), surface.support.mesh(), *surface.required) : Frozen{};
+        editor_ = first_editor(surface, *support_, frozen, cells);
+        result_.statistics.generated_triangles = editor_->mesh().num_live_triangles();
+        clock_.done("assembly");
+    }
+
+    RemeshResult run() {
+        if (checks_) make_drafts();
+        make_finals();
+        if (checks_ && !options_.fast) polish_last();
+        return std::move(result_);
+    }
+
+  private:
+    void expect(const ControlSpace& control) {
+        result_.statistics.predicted_triangles = control.predicted_triangles();
+        check_estimate(result_.statistics.predicted_triangles, options_);
+    }
+
+    void optimise_for(MeshStage stage, std::vector<char> active) {
+        const bool fast = stage == MeshStage::Draft || options_.fast;
+        const double goal = checks_ ? std::min(kGoalOnTheWay, options_.goal) : options_.goal;
+        take_report(optimise(*editor_, {.fast = fast, .goal = goal, .given = given_, .fitted = fitted_, .active = std::move(active)}, clock_), result_.statistics);
+        given_ = false;
+        fitted_ = stage == MeshStage::Draft;
+    }
+
+    void take_mesh() { result_.mesh = export_mesh(surface_, *support_, *editor_); }
+
+    // Starts from a mesh, that of the result, with other sizes at its vertices.
+    void start_from(const Connectivity& mesh, const std::vector<Vertex>& vertices, std::span<const double> sizes) {
+        auto finer = std::make_unique<ControlSpace>(result_.mesh.points, mesh, sizes);
+        expect(*finer);
+        auto on_it = std::make_unique<TriangleSupport>(surface_.support, surface_.features, *finer);
+        editor_ = std::make_unique<Editor>(*on_it, with_sizes(mesh, vertices, sizes), mesh);
+        support_ = std::move(on_it);
+        own_ = std::move(finer);
+    }
+
+    std::optional<std::vector<double>> sizes_after(MeshStage stage) {
+        auto sizes = checks_->sizes_after(result_.mesh, stage, in_vain_);
+        clock_.done("check");
         return sizes;
-    };
+    }
+
     // Drafts until one is good enough.
-    if (checks) {
-        run(MeshStage::Draft, {});
+    void make_drafts() {
+        optimise_for(MeshStage::Draft, {});
         take_mesh();
         while (const auto sizes = sizes_after(MeshStage::Draft)) {
-            start_from(editor->mesh(), editor->vertices(), *sizes);
-            run(MeshStage::Draft, changed(*editor, result.mesh.sizes, *sizes));
+            start_from(editor_->mesh(), editor_->vertices(), *sizes);
+            optimise_for(MeshStage::Draft, changed(*editor_, result_.mesh.sizes, *sizes));
             take_mesh();
         }
         // Sizes at its own vertices do from here on.
-        if (!own) start_from(editor->mesh(), editor->vertices(), result.mesh.sizes);
+        if (!own_) start_from(editor_->mesh(), editor_->vertices(), result_.mesh.sizes);
     }
-    // Then the whole schedule, and again near what there is to mend, or one by one where that is little.
-    run(MeshStage::Final, {});
-    take_mesh();
-    std::vector<MeshFault> faults;
-    const auto are_few = [&] { return static_cast<double>(faults.size()) <= std::max(kFewFaultsInAll, kFewFaults * static_cast<double>(result.mesh.triangles.size())); };
-    for (int mendings = 0;;) {
-        if (checks) faults = checks->faults_of(result.mesh);
-        if (!faults.empty() && are_few() && mendings++ < kMostMendings) {
-            clock.done("check");
-            auto mender = std::make_unique<Editor>(*support, editor->vertices(), editor->mesh());
-            const bool mended = mend(*mender, result.mesh, faults, *checks);
+
+    // The whole schedule, and again where sizes are to be lower.
+    void make_finals() {
+        optimise_for(MeshStage::Final, {});
+        take_mesh();
+        if (!checks_) return;
+        while (true) {
+            faults_ = check_and_mend(editor_, result_.mesh);
+            auto sizes = sizes_after(MeshStage::Final);
+            if (!sizes) return;
+            refine(std::move(*sizes));
+            take_mesh();
+        }
+    }
+
+    // Where lower sizes break the mesh it goes back to what it was there.
+    void refine(std::vector<double> sizes) {
+        const Connectivity mesh = editor_->mesh();
+        const std::vector<Vertex> vertices = editor_->vertices();
+        const std::vector<BrokenPlace> broken_before = broken_places(*editor_);
+        for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
+            start_from(mesh, vertices, sizes);
+            optimise_for(MeshStage::Final, changed(*editor_, result_.mesh.sizes, sizes));
+            const auto known = in_vain_.size();
+            for (const BrokenPlace& broken : broken_places(*editor_)) {
+                const auto is_same = [&](const BrokenPlace& before) { return (before.at - broken.at).norm() < kSamePlace * broken.size; };
+                if (std::none_of(broken_before.begin(), broken_before.end(), is_same)) in_vain_.push_back(broken.at);
+            }
+            if (in_vain_.size() == known) return;
+            // If that is not enough, everywhere.
+            const auto broken_now = std::span(in_vain_).subspan(known);
+            for (std::size_t v = 0; v < vertices.size(); ++v)
+                if (attempt + 1 == kMostAttempts || is_around(vertices[v].p, vertices[v].h, broken_now)) sizes[v] = result_.mesh.sizes[v];
+        }
+    }
+
+    // Checks a mesh, and mends its faults one by one where they are few. @returns those that are left
+    std::vector<MeshFault> check_and_mend(std::unique_ptr<Editor>& editor, SurfaceMesh& mesh) {
+        for (int mendings = 0;; ++mendings) {
+            std::vector<MeshFault> left = checks_->faults_of(mesh);
+            clock_.done("check");
+            const double few = std::max(kFewFaultsInAll, kFewFaults * static_cast<double>(mesh.triangles.size()));
+            if (left.empty() || static_cast<double>(left.size()) > few || mendings == kMostMendings) return left;
+            auto mender = std::make_unique<Editor>(*support_, editor->vertices(), editor->mesh());
+            const bool mended = mend(*mender, mesh, left, *checks_);
             if (mended) {
                 editor = std::move(mender);
-                take_mesh();
+                mesh = export_mesh(surface_, *support_, *editor);
             }
-            clock.done("mending");
-            if (mended) continue;
+            clock_.done("mending");
+            if (!mended) return left;
         }
-        auto sizes = sizes_after(MeshStage::Final);
-        if (!sizes) break;
-        const Connectivity mesh = editor->mesh();
-        const std::vector<Vertex> vertices = editor->vertices();
-        const std::vector<BrokenPlace> broken_before = broken_places(*editor);
-        for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
-            start_from(mesh, vertices, *sizes);
-            run(MeshStage::Final, changed(*editor, result.mesh.sizes, *sizes));
-            const auto known = in_vain.size();
-            for (const BrokenPlace& broken : broken_places(*editor)) {
-                const auto is_same = [&](const BrokenPlace& before) { return (before.at - broken.at).norm() < kSamePlace * broken.size; };
-                if (std::none_of(broken_before.begin(), broken_before.end(), is_same)) in_vain.push_back(broken.at);
-            }
-            if (in_vain.size() == known) break;
-            // Where the mesh broke it was better before; if that is not enough, everywhere.
-            for (std::size_t v = 0; v < vertices.size(); ++v)
-                if (attempt + 1 == kMostAttempts || is_around(vertices[v].p, vertices[v].h, std::span(in_vain).subspan(known))) (*sizes)[v] = result.mesh.sizes[v];
-        }
-        take_mesh();
     }
-    // Last what is not as good as it could be, without losing what was reached.
-    if (checks && !options.fast) {
+
+    // What is not as good as it could be, without losing what was reached.
+    void polish_last() {
         std::vector<Vector3d> barred;
         for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
-            Editor polisher(*support, editor->vertices(), editor->mesh());
-            polisher.set_guard([&](const Editor& now, std::span<const int> around) {
+            auto polisher = std::make_unique<Editor>(*support_, editor_->vertices(), editor_->mesh());
+            polisher->set_guard([&](const Editor& now, std::span<const int> around) {
                 return std::none_of(around.begin(), around.end(), [&](int v) { return is_around(now.vertex(v).p, now.vertex(v).h, barred); }) &&
-                       checks->allows(part_around(now, around));
+                       checks_->allows(part_around(now, around));
             });
-            take_report(polish(polisher, std::min(kGoalOfPolish, options.goal), clock), statistics);
-            SurfaceMesh polished = export_mesh(surface, *support, polisher);
-            const std::vector<MeshFault> left = checks->faults_of(polished);
-            clock.done("check");
-            if (worst(left) <= worst(faults)) {
-                result.mesh = std::move(polished);
-                return result;
+            take_report(polish(*polisher, std::min(kGoalOfPolish, options_.goal), clock_), result_.statistics);
+            SurfaceMesh polished = export_mesh(surface_, *support_, *polisher);
+            const std::vector<MeshFault> left = check_and_mend(polisher, polished);
+            if (worst(left) <= worst(faults_)) {
+                result_.mesh = std::move(polished);
+                return;
             }
             for (const MeshFault& fault : left) barred.push_back(fault.point);
         }
-        checks->faults_of(result.mesh);
-        clock.done("check");
+        checks_->faults_of(result_.mesh);
+        clock_.done("check");
     }
-    return result;
+
+    const TriangulatedSurface& surface_;
+    const RemeshOptions& options_;
+    MeshChecks* checks_;
+    RemeshResult result_;
+    StageClock clock_;
+    std::unique_ptr<ControlSpace> own_;  // sizes at the vertices of the last mesh that was begun from
+    std::unique_ptr<TriangleSupport> support_;
+    std::unique_ptr<Editor> editor_;
+    bool given_ = true, fitted_ = false;  // see OptimiseOptions
+    std::vector<MeshFault> faults_;       // of the last mesh
+    std::vector<Vector3d> in_vain_;       // places where lower sizes broke it
+};
+
+}  // namespace
+
+RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options,
+                    MeshChecks* checks) {
+    return Remesher(surface, control, cells, options, checks).run();
 }
 
 }  // namespace gradus
