@@ -26,7 +26,7 @@ constexpr long kMovesByPairs = 5000;    // of one triangle
 constexpr int kWorstRounds = 12;
 // Rise of the energy, before anything moves, up to which a flip is tried, and for each unit by which the valence penalty falls: of those above a twentieth is kept.
 constexpr double kHopefulFlip = 0.8, kHopefulPerGain = 0.1;
-constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations
+constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations, and pushes
 constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
 constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
 constexpr double kWidestFan = 2.3;     // ratio of edges at a vertex up to which its triangles are as good as their shape
@@ -304,7 +304,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
     for (int v = 0; v < mesh.num_vertices(); ++v) vertices += options.is_active(v);
     const auto bound = [&](long per_vertex) { return std::max(kMovesAtLeast, per_vertex * vertices); };
     const long last_move = editor.moves() + bound(kMovesPerVertex);
-    long left_for_pairs = bound(kMovesByPairsPerVertex);
+    long left_for_these = bound(kMovesByPairsPerVertex);
     const auto is_active = [&](int t) {
         const Triangle v = mesh.triangle(t);
         return options.is_active(v[0]) || options.is_active(v[1]) || options.is_active(v[2]);
@@ -313,14 +313,13 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their standing then
         const double goal = share * options.goal;
         const auto standing_of = [&](int t) { return options.fans && share == 1 ? standing(editor, t, goal) : editor.quality(t); };
-        const auto by_pairs = [&](int t) {
-            if (left_for_pairs <= 0 || editor.quality(t) >= goal - kFarBelow) return false;
+        const auto by_pairs_or_pushes = [&](int t) {
+            if (left_for_these <= 0 || standing_of(t) >= goal - kFarBelow) return false;
             const long before = editor.moves();
-            const bool improved = improve_by_pairs(editor, t, goal, mean, report);
-            left_for_pairs -= editor.moves() - before;
+            const bool improved = improve_by_pairs(editor, t, goal, mean, report) || improve_by_pushes(editor, t, mean, report);
+            left_for_these -= editor.moves() - before;
             return improved;
         };
-        const auto by_pushes = [&](int t) { return editor.quality(t) < goal - kFarBelow && improve_by_pushes(editor, t, mean, report); };
         for (int round = 0; round < kWorstRounds; ++round) {
             std::vector<std::pair<double, int>> bad;
             for (int t = 0; t < mesh.num_triangles(); ++t) {
@@ -336,7 +335,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 const Triangle corners = mesh.triangle(t);
                 if (const auto tried = hopeless.find(corners); tried != hopeless.end() && std::abs(tried->second - now) < kSameQuality) continue;
                 const bool moved = editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
-                if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_pairs(t) || by_pushes(t))
+                if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_pairs_or_pushes(t))
                     ++kept_now;
                 else
                     hopeless[corners] = standing_of(t);
