@@ -48,7 +48,7 @@ class Causes {
         const FeatureOptions given_only{.angle = none, .sharp_angle = none, .weak_angle = none};
         features_ = options.features ? find_features(points_, mesh_, given_only, *options.features) : find_features(points_, mesh_);
         if (options.required) frozen_ = frozen_elements(points_, mesh_, *options.required);
-        find_narrow_corners();
+        find_narrow_wedges();
     }
 
     const Connectivity& mesh() const { return mesh_; }
@@ -89,17 +89,20 @@ class Causes {
         });
     }
 
-    void find_narrow_corners() {
+    void find_narrow_wedges() {
         wedges_ = wedges_of(mesh_);
         narrow_.assign(wedges_.size(), 0);
         for (int wedge = 0; wedge < wedges_.size(); ++wedge) {
             const int begin = wedges_.first[wedge];
-            if (begin == Connectivity::kNone || mesh_.tag(begin) < 0) continue;
+            if (begin == Connectivity::kNone) continue;
             double sum = 0;
             int last = begin;
             wedges_.for_each(mesh_, wedge, [&](int h) { sum += angle_at(h), last = h; });
-            if (!(sum < options_.limits.angle)) continue;
+            // Where no features meet the surface comes to a point, of three triangles at least.
+            const bool is_point = mesh_.tag(begin) < 0;
+            if (!(sum < (is_point ? 3 : 1) * options_.limits.angle)) continue;
             narrow_[wedge] = sum;
+            if (is_point) continue;
             const int a = mesh_.tag(begin), b = mesh_.tag(Connectivity::prev(last));
             narrow_between_.insert({{std::min(a, b), std::max(a, b)}, {sum, wedges_.vertex[wedge]}});
         }
@@ -111,7 +114,7 @@ class Causes {
         for (int h = 3 * t; h < 3 * t + 3; ++h) {
             if (frozen_.has_edge(h)) take_graver(cause, {Kind::Frozen});
             if (const int wedge = wedges_.of_corner[h]; narrow_[wedge] > 0)
-                take_graver(cause, {Kind::NarrowCorner, narrow_[wedge], {wedges_.vertex[wedge], -1}});
+                take_graver(cause, {mesh_.tag(wedges_.first[wedge]) < 0 ? Kind::SharpPoint : Kind::NarrowCorner, narrow_[wedge], {wedges_.vertex[wedge], -1}});
         }
         for (const int a : v) heed_near_corners(a, cause);
         for (const int a : v)
@@ -186,7 +189,7 @@ class Causes {
     Features features_;
     Frozen frozen_;
     Wedges wedges_;
-    std::vector<double> narrow_;  // angle of each wedge that is too narrow, degrees, else 0
+    std::vector<double> narrow_;  // angle of each wedge that is too narrow, at a corner or a point, degrees, else 0
     std::map<std::array<int, 2>, std::pair<double, int>> narrow_between_;  // angle and vertex, by curves
 };
 
@@ -269,6 +272,7 @@ std::string name_of(OffenderCause::Kind kind) {
     switch (kind) {
         case Kind::None: return "none";
         case Kind::Frozen: return "frozen";
+        case Kind::SharpPoint: return "sharp_point";
         case Kind::NarrowCorner: return "narrow_corner";
         case Kind::NearCorners: return "near_corners";
         case Kind::NearCurves: return "near_curves";
@@ -281,6 +285,7 @@ std::string to_text(const OffenderCause& cause) {
     switch (cause.kind) {
         case Kind::None: return "none found";
         case Kind::Frozen: return "frozen element";
+        case Kind::SharpPoint: return fmt::format("sharp point: {:.2g} degrees all around", cause.value);
         case Kind::NarrowCorner: return fmt::format("narrow corner of the features: {:.2g} degrees", cause.value);
         case Kind::NearCorners: return fmt::format("two corners {:.2g} sizes apart", cause.value);
         case Kind::NearCurves:

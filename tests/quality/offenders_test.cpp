@@ -107,6 +107,28 @@ TEST_CASE("in a wedge of 10 degrees the corner is the cause", "[quality]") {
     for (const OffenderGroup& g : find_offenders(view(wide), {.limits = {.quality = 0.99}}).groups) CHECK(g.cause.kind == Kind::None);
 }
 
+TEST_CASE("the point of a needle is the cause of its narrow triangles", "[quality]") {
+    TriangleSoup soup = triangulations::soup(triangulations::sphere(2, 1, 0));
+    soup.points[0] *= 8;
+    const KnownFeatures none;
+    const OffenderReport report = find_offenders(view(soup), {.features = &none});
+    check_sums(soup, report);
+    double around = 0;
+    std::size_t triangles = 0;
+    for (const auto& [a, b, c] : soup.triangles)
+        for (const auto& [p, q, r] : {std::array{a, b, c}, std::array{b, c, a}, std::array{c, a, b}})
+            if (p == 0) ++triangles, around += std::acos((soup.points[q] - soup.points[0]).normalized().dot((soup.points[r] - soup.points[0]).normalized()));
+    REQUIRE(around < std::acos(0.0));
+    CHECK(report.angle.count == triangles);
+    CHECK(report.unexplained_angle.count == 0);
+    REQUIRE(report.num_groups >= 1);
+    for (const OffenderGroup& g : report.groups) {
+        CHECK(g.cause.kind == Kind::SharpPoint);
+        CHECK(g.cause.value == Approx(90 * around / std::acos(0.0)));
+        CHECK(g.cause.ids[0] == 0);
+    }
+}
+
 TEST_CASE("on a box flatter than the size, corners and edges near each other are the causes", "[quality]") {
     TriangleSoup soup = triangulations::soup(triangulations::cube(4));
     // One row of the sides is left: the rows between are moved to the upper face and welded away by hand.

@@ -16,6 +16,7 @@ struct OffenderCause {
     enum class Kind {
         None,          ///< nothing was found that forces it
         Frozen,        ///< it has a frozen edge, or a frozen vertex near a corner or a curve
+        SharpPoint,    ///< all angles at a vertex inside are less than three smallest ones; value: their sum in degrees, ids: the vertex
         NarrowCorner,  ///< features meet at less than the smallest angle; value: degrees, ids: the vertex
         NearCorners,   ///< two corners; value: their distance over the size there, ids: their vertices
         NearCurves,    ///< two feature curves; value: their distance over the size there, ids: their numbers, from 0
@@ -26,9 +27,9 @@ struct OffenderCause {
     std::array<int, 2> ids{-1, -1};
 };
 
-/// "none found", "frozen element", "narrow corner of the features: 14 degrees", "two corners 0.3 sizes apart" ...
+/// "none found", "frozen element", "sharp point: 80 degrees all around", "narrow corner of the features: 14 degrees", "two corners 0.3 sizes apart" ...
 std::string to_text(const OffenderCause& cause);
-/// "none", "frozen", "narrow_corner", "near_corners", "near_curves", "size_jump"
+/// "none", "frozen", "sharp_point", "narrow_corner", "near_corners", "near_curves", "size_jump"
 std::string name_of(OffenderCause::Kind kind);
 
 /// How many elements are beyond a limit, and the value that is farthest beyond it.
