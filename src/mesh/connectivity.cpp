@@ -67,7 +67,7 @@ Connectivity::Connectivity(int num_vertices, std::span<const Triangle> triangles
 
 Connectivity::Numbering Connectivity::breadth_first() const {
     Numbering numbering;
-    auto& [order, triangles, number] = numbering;
+    std::vector<int>&order = numbering.vertices, &triangles = numbering.triangles, &number = numbering.new_number;
     number.assign(num_vertices(), kNone);
     order.reserve(num_vertices());
     for (int start = 0; start < num_vertices(); ++start) {

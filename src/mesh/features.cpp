@@ -59,7 +59,7 @@ class Finder {
         for (const int v : known_corners) features.corner[v] = 1;
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) mesh_.set_tag(h, -1);
         for (int v = 0; v < mesh_.num_vertices(); ++v)
-            if (degree_[v] > 0 ? degree_[v] != 2 || is_turn(v) : is_tip(v)) features.corner[v] = 1;
+            if (degree_[v] > 0 ? degree_[v] != 2 || is_turn(v) || is_high_jag(v) : is_tip(v)) features.corner[v] = 1;
         // Chains from corner to corner, then the closed ones.
         for (const bool from_corner : {true, false})
             for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
@@ -357,8 +357,14 @@ class Finder {
         const double straight = std::cos(options_.corner_angle);
         const auto [a, b] = neighbours(v);
         if (along(a, v).dot(along(v, b)) > straight) return false;
-        if (along(far_along(v, a), v).dot(along(v, far_along(v, b))) <= straight) return true;
-        return options_.scale > 0 && (points_[v] - points_[a]).cross(along(a, b)).norm() > kJag * options_.scale;
+        return along(far_along(v, a), v).dot(along(v, far_along(v, b))) <= straight;
+    }
+
+    bool is_high_jag(int v) const {
+        if (!(options_.scale > 0)) return false;
+        const auto [a, b] = neighbours(v);
+        if (along(a, v).dot(along(v, b)) > std::cos(options_.corner_angle)) return false;
+        return (points_[v] - points_[a]).cross(along(a, b)).norm() > kJag * options_.scale;
     }
 
     // What the angles around a vertex are short of a whole turn; none at features.

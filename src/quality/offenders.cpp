@@ -89,6 +89,9 @@ class Causes {
         });
     }
 
+    // All around a vertex off the features.
+    bool is_point(int wedge) const { return mesh_.tag(wedges_.first[wedge]) < 0; }
+
     void find_narrow_wedges() {
         wedges_ = wedges_of(mesh_);
         narrow_.assign(wedges_.size(), 0);
@@ -99,10 +102,9 @@ class Causes {
             int last = begin;
             wedges_.for_each(mesh_, wedge, [&](int h) { sum += angle_at(h), last = h; });
             // Where no features meet the surface comes to a point, of three triangles at least.
-            const bool is_point = mesh_.tag(begin) < 0;
-            if (!(sum < (is_point ? 3 : 1) * options_.limits.angle)) continue;
+            if (!(sum < (is_point(wedge) ? 3 : 1) * options_.limits.angle)) continue;
             narrow_[wedge] = sum;
-            if (is_point) continue;
+            if (is_point(wedge)) continue;
             const int a = mesh_.tag(begin), b = mesh_.tag(Connectivity::prev(last));
             narrow_between_.insert({{std::min(a, b), std::max(a, b)}, {sum, wedges_.vertex[wedge]}});
         }
@@ -114,7 +116,7 @@ class Causes {
         for (int h = 3 * t; h < 3 * t + 3; ++h) {
             if (frozen_.has_edge(h)) take_graver(cause, {Kind::Frozen});
             if (const int wedge = wedges_.of_corner[h]; narrow_[wedge] > 0)
-                take_graver(cause, {mesh_.tag(wedges_.first[wedge]) < 0 ? Kind::SharpPoint : Kind::NarrowCorner, narrow_[wedge], {wedges_.vertex[wedge], -1}});
+                take_graver(cause, {is_point(wedge) ? Kind::SharpPoint : Kind::NarrowCorner, narrow_[wedge], {wedges_.vertex[wedge], -1}});
         }
         for (const int a : v) heed_near_corners(a, cause);
         for (const int a : v)

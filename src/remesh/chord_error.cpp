@@ -114,6 +114,7 @@ class ChordErrorCheck : public MeshChecks {
             // Those of one point of the surface are one after the other.
             const Vector3d p = closest_on_surface(f);
             if (faults.empty() || faults.back().point != p) faults.push_back({p, f.distance, {}});
+            faults.back().distance = std::max(faults.back().distance, f.distance);
             faults.back().triangles.push_back(f.triangle);
         }
         return faults;

@@ -18,7 +18,7 @@ constexpr int kPairRounds = 4;
 constexpr double kPush = 0.4;  // of an edge
 constexpr int kMendRounds = 3;
 constexpr std::size_t kMostWays = 12;  // to mend a fault, that the guard is asked for
-constexpr double kBadlyMended = 1e5;   // energy around: that of one triangle of a quality of .25
+constexpr double kBadlyMended = 1e5;   // energy around, where it was not more before: that of a triangle of a quality of .25
 constexpr double kOpposed = 0.2;  // cosine of the angle between normals: the ends of an edge may be on the two walls of a crevice
 constexpr double kDeep = 0.5;     // over the size
 constexpr double kLongestBridge2 = 1;     // of the halves, squared, over the edge that is split, where its ends are on the walls of a crevice
@@ -96,6 +96,9 @@ void add_edge(const Vertex& x, const Vertex& a, const Eigen::Vector3d& u, Aim ai
     sum.hxx += w1 * h + w2 * g * g;
 }
 
+// Normal, as long as twice the area.
+Eigen::Vector3d area_vector(const Vertex& a, const Vertex& b, const Vertex& c) { return (b.p - a.p).cross(c.p - a.p); }
+
 // What an operation may make of the triangles that it replaces: none that is degenerate or folded, unless one of those was worse.
 class Legality {
   public:
@@ -103,24 +106,24 @@ class Legality {
     void had(const Vertex& a, const Vertex& b, const Vertex& c) {
         const double energy = triangle_energy(a, b, c);
         energy_ = std::max(energy_, energy);
-        facing_ += (b.p - a.p).cross(c.p - a.p);
         if (energy > kLegalEnergy) fold_ = std::max(fold_, fold_of(a, b, c));
     }
-    // @param worse  by how much the energy of one that comes may be above that of those that went
-    bool allows(const Vertex& a, const Vertex& b, const Vertex& c, double worse = 1) const {
+    // @param instead_of  normal of what the triangle that comes is in the place of, of any length
+    // @param worse       by how much its energy may be above that of those that went
+    bool allows(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& instead_of, double worse = 1) const {
         const double energy = triangle_energy(a, b, c);
         // Corners do not know on which side the surface is: between three of them, beside a notch, a triangle may be outside.
-        if (a.lean == kAnyNormal && b.lean == kAnyNormal && c.lean == kAnyNormal && !((b.p - a.p).cross(c.p - a.p).dot(facing_) > 0)) return false;
+        if (a.lean == kAnyNormal && b.lean == kAnyNormal && c.lean == kAnyNormal && !(area_vector(a, b, c).dot(instead_of) > 0)) return false;
         // Needles have a large energy too, which is no leave to fold.
         return energy <= worse * energy_ && (energy <= kLegalEnergy || fold_of(a, b, c) <= fold_);
     }
 
   private:
     static double fold_of(const Vertex& a, const Vertex& b, const Vertex& c) {
-        return fold_penalty(least_agreement(a, b, c, (b.p - a.p).cross(c.p - a.p).stableNormalized()));
+        return fold_penalty(least_agreement(a, b, c, area_vector(a, b, c).stableNormalized()));
     }
-    double energy_ = kLegalEnergy, fold_ = kLegalEnergy;
-    Eigen::Vector3d facing_{0, 0, 0};  // sum of their normals by their areas
+    double energy_ = kLegalEnergy;
+    double fold_ = kLegalEnergy;  // the penalty alone may make up all of that energy: a turn of 84 degrees
 };
 
 int penalty(int valence, bool boundary) {
@@ -324,7 +327,8 @@ bool Editor::flip(int h) {
     Legality legality;
     legality.had(v, w, c);
     legality.had(w, v, d);
-    if (!legality.allows(v, d, c) || !legality.allows(d, w, c) || bridges(c, d)) return false;
+    const Eigen::Vector3d both = area_vector(v, w, c) + area_vector(w, v, d);
+    if (!legality.allows(v, d, c, both) || !legality.allows(d, w, c, both) || bridges(c, d)) return false;
     mesh_.flip(h);
     return true;
 }
@@ -359,8 +363,9 @@ bool Editor::collapse(int h) {
     Legality legality;
     mesh_.for_each_outgoing(v, [&](int e) { legality.had(vertices_[v], vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]); });
     mesh_.for_each_outgoing(v, [&](int e) {
+        const Vertex &a = vertices_[mesh_.target(e)], &b = vertices_[mesh_.apex(e)];
         const bool vanishes = e == h || (g >= 0 && e == Connectivity::next(g));
-        legal = legal && (vanishes || legality.allows(w, vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]));
+        legal = legal && (vanishes || legality.allows(w, a, b, area_vector(vertices_[v], a, b)));
     });
     if (!legal) return false;
     mesh_.for_each_outgoing(v, [&](int e) { legal = legal && !bridges(w, vertices_[mesh_.target(e)]); });
@@ -409,7 +414,8 @@ int Editor::split(int h) {
     for (const int side : {h, g}) {
         if (side < 0) continue;
         const Vertex &a = vertices_[mesh_.origin(side)], &b = vertices_[mesh_.target(side)], &c = vertices_[mesh_.apex(side)];
-        if (!legality.allows(a, m, c, kWorseByHalving) || !legality.allows(m, b, c, kWorseByHalving)) return -1;
+        const Eigen::Vector3d whole = area_vector(a, b, c);
+        if (!legality.allows(a, m, c, whole, kWorseByHalving) || !legality.allows(m, b, c, whole, kWorseByHalving)) return -1;
     }
     const int v = mesh_.split(h);
     if (v >= static_cast<int>(vertices_.size())) vertices_.resize(v + 1);
@@ -606,33 +612,33 @@ bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
     return false;
 }
 
-// Applies one way to mend and relaxes what is around, recording; a vertex that comes is added. @returns the energy around that leaves
-std::optional<double> Editor::apply(const Mending& mending, const Eigen::Vector3d& fault, int rounds, std::vector<int>& around) {
-    const Trial& trial = trials_[0];
+// Applies a way to mend and relaxes what is around, recording; a vertex that comes is added. @returns the energy around that leaves
+std::optional<double> Editor::try_mending(const Mending& mending, const Eigen::Vector3d& fault, int rounds, std::vector<int>& around) {
     if (!begin(trials_[0], mending.operation, mending.halfedge)) return std::nullopt;
     const bool comes = mending.operation == Operation::Split;
-    if (comes) around.push_back(trial.around.front());
-    const int goes = !mending.goes ? -1 : comes ? trial.around.front() : mesh_.origin(mending.halfedge);
-    if (goes >= 0) {
-        Vertex x = vertices_[goes];
+    const int moved = comes ? trials_[0].around.front() : mesh_.origin(mending.halfedge);
+    if (comes) around.push_back(moved);
+    if (mending.to_fault) {
+        Vertex x = vertices_[moved];
         const std::optional<Foot> foot = x.bound == Bound::Free ? support_.move(x.place, x.p, fault) : std::nullopt;
         if (!foot) return std::nullopt;
         take_foot(x, *foot);
-        set_vertex(goes, x);
+        set_vertex(moved, x);
     }
     for (int round = 0; round < rounds; ++round)
         for (const int v : around)
-            if (v != goes) relax(v, Aim::Worst);
+            if (!mending.to_fault || v != moved) relax(v, Aim::Worst);
     return energy_around(around, Aim::Worst, 1);
 }
 
 bool Editor::mend(const std::vector<int>& corners, const Eigen::Vector3d& fault) {
     std::vector<int> region = corners;
     add_ring(region);
-    std::vector<Mending> ways;
-    const auto offer = [&](Operation operation, int h, bool goes) {
+    const double most = std::max(kBadlyMended, energy_around(region, Aim::Worst, 1));
+    std::vector<std::pair<double, Mending>> ways;
+    const auto offer = [&](const Mending& way) {
         std::vector<int> around = region;
-        if (const auto energy = apply({operation, h, goes}, fault, 1, around); energy && *energy < kBadlyMended) ways.push_back({operation, h, goes, *energy});
+        if (const auto energy = try_mending(way, fault, 1, around); energy && *energy < most) ways.emplace_back(*energy, way);
         roll_back(trials_[0]);
     };
     for (const int v : corners) {
@@ -640,17 +646,17 @@ bool Editor::mend(const std::vector<int>& corners, const Eigen::Vector3d& fault)
         mesh_.for_each_edge(v, [&](int h, int other) {
             if (v < other && std::find(corners.begin(), corners.end(), other) != corners.end()) edges.push_back(h);
         });
-        offer(Operation::Move, mesh_.outgoing(v), true);
+        offer({Operation::Move, mesh_.outgoing(v), true});
         for (const int h : edges) {
-            if (can_flip(h) && flip_rise(h) < kHopefulRise) offer(Operation::Flip, h, false);
-            for (const bool goes : {false, true}) offer(Operation::Split, h, goes);
+            if (can_flip(h) && flip_rise(h) < kHopefulRise) offer({Operation::Flip, h, false});
+            for (const bool to_fault : {false, true}) offer({Operation::Split, h, to_fault});
         }
     }
-    std::stable_sort(ways.begin(), ways.end(), [](const Mending& a, const Mending& b) { return a.energy < b.energy; });
+    std::stable_sort(ways.begin(), ways.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     if (ways.size() > kMostWays) ways.resize(kMostWays);
-    for (const Mending& way : ways) {
+    for (const auto& [energy, way] : ways) {
         std::vector<int> around = region;
-        if (apply(way, fault, kMendRounds, around) && is_allowed(around)) {
+        if (try_mending(way, fault, kMendRounds, around) && is_allowed(around)) {
             trials_[0].around = around;
             keep(trials_[0]);
             return true;

@@ -175,8 +175,8 @@ class Editor {
     // The same for two operations in a row, the second on any edge around: a way out where each alone makes things worse.
     enum class Search { Quick, Thorough };  // second operations that look promising, or all
     bool attempt_pair(Operation first, int h, double mean, Search search);
-    // Applies, of the operations on the edges between some vertices and of those that bring a vertex near a fault, the one that leaves the
-    // best shapes of those the guard lets pass. @returns whether there is one
+    // Flips or splits an edge between some vertices, or brings one of them or one that comes near a fault: the first way that the guard lets
+    // pass of the dozen that leave the best shapes, judged before all around has settled. @returns whether there is one
     bool mend(const std::vector<int>& corners, const Eigen::Vector3d& fault);
     // Vertices around the last operation that was kept.
     const std::vector<int>& touched() const { return touched_; }
@@ -204,10 +204,9 @@ class Editor {
     struct Mending {
         Operation operation;
         int halfedge;
-        bool goes;  // a vertex to the fault: the one that comes by a split, or the origin of the half-edge
-        double energy = 0;
+        bool to_fault;  // the vertex that comes by a split, or the origin of the half-edge, goes there
     };
-    std::optional<double> apply(const Mending& mending, const Eigen::Vector3d& fault, int rounds, std::vector<int>& around);
+    std::optional<double> try_mending(const Mending& mending, const Eigen::Vector3d& fault, int rounds, std::vector<int>& around);
     bool push(int h);
     void set_vertex(int v, const Vertex& x);
     void list_corners(int h, std::vector<int>& around) const;

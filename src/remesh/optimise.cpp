@@ -21,10 +21,11 @@ constexpr double kFlat = 0.02;  // height over the size, of flips that do not le
 constexpr int kFlipsPerEdge = 10;
 constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
 // Bounds on the search for better worst triangles, in moves of a vertex; without them a map that jumps keeps it busy for minutes.
-constexpr long kMovesPerVertex = 20, kMovesByPairsPerVertex = 10, kMovesAtLeast = 20'000;
+constexpr long kMovesPerVertex = 20, kMovesByLastResortsPerVertex = 10, kMovesAtLeast = 20'000;
 constexpr long kMovesByPairs = 5000;    // of one triangle
 constexpr int kWorstRounds = 12;
-// Rise of the energy, before anything moves, up to which a flip is tried, and for each unit by which the valence penalty falls: of those above a twentieth is kept.
+// Rise of the energy, before anything moves, up to which a flip is tried, and what is added for each unit by which the valence penalty falls.
+// Of flips above it one of twenty is kept.
 constexpr double kHopefulFlip = 0.8, kHopefulPerGain = 0.1;
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations, and pushes
 constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
@@ -155,6 +156,7 @@ double mean_energy(const Editor& editor) {
 bool irregular(const Connectivity& mesh, int v) { return mesh.is_live_vertex(v) && mesh.valence(v) != (mesh.is_boundary_vertex(v) ? 4 : 6); }
 
 // Flips that worsen valences, or the energy by much before anything moves, are next to never kept.
+// @param most_per_gain  added to `most` for each unit by which the valence penalty falls
 bool worth_a_flip(const Editor& editor, int h, double most, double most_per_gain) {
     if (!editor.can_flip(h)) return false;
     const int gain = editor.flip_gain(h);
@@ -238,7 +240,7 @@ bool improve_around(Editor& editor, int t, const Triangle& corners, double mean,
     return false;
 }
 
-// Tries pairs of operations, the first on an edge of the triangle or, where it is very bad, of one around its corners.
+// Tries pairs of operations, the first on an edge of the triangle or, where its shape is very bad, of one around its corners.
 bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     std::vector<int> edges{3 * t, 3 * t + 1, 3 * t + 2};
@@ -270,7 +272,8 @@ bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseR
 bool improve_by_pushes(Editor& editor, int t, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     std::vector<int> spokes;
-    for (const int v : mesh.triangle(t)) mesh.for_each_outgoing(v, [&](int h) { spokes.push_back(h); });
+    for (const int v : mesh.triangle(t))
+        if (editor.vertex(v).bound == Bound::Free) mesh.for_each_outgoing(v, [&](int h) { spokes.push_back(h); });
     for (const int h : spokes) {
         ++report.worst_attempts;
         if (!editor.attempt(Editor::Operation::Push, h, Aim::Worst, mean, Editor::Reach::Wide)) continue;
@@ -304,7 +307,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
     for (int v = 0; v < mesh.num_vertices(); ++v) vertices += options.is_active(v);
     const auto bound = [&](long per_vertex) { return std::max(kMovesAtLeast, per_vertex * vertices); };
     const long last_move = editor.moves() + bound(kMovesPerVertex);
-    long left_for_these = bound(kMovesByPairsPerVertex);
+    long left_for_last_resorts = bound(kMovesByLastResortsPerVertex);
     const auto is_active = [&](int t) {
         const Triangle v = mesh.triangle(t);
         return options.is_active(v[0]) || options.is_active(v[1]) || options.is_active(v[2]);
@@ -313,11 +316,11 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their standing then
         const double goal = share * options.goal;
         const auto standing_of = [&](int t) { return options.fans && share == 1 ? standing(editor, t, goal) : editor.quality(t); };
-        const auto by_pairs_or_pushes = [&](int t) {
-            if (left_for_these <= 0 || standing_of(t) >= goal - kFarBelow) return false;
+        const auto by_last_resorts = [&](int t) {
+            if (left_for_last_resorts <= 0 || standing_of(t) >= goal - kFarBelow) return false;
             const long before = editor.moves();
             const bool improved = improve_by_pairs(editor, t, goal, mean, report) || improve_by_pushes(editor, t, mean, report);
-            left_for_these -= editor.moves() - before;
+            left_for_last_resorts -= editor.moves() - before;
             return improved;
         };
         for (int round = 0; round < kWorstRounds; ++round) {
@@ -335,7 +338,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 const Triangle corners = mesh.triangle(t);
                 if (const auto tried = hopeless.find(corners); tried != hopeless.end() && std::abs(tried->second - now) < kSameQuality) continue;
                 const bool moved = editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
-                if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_pairs_or_pushes(t))
+                if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_last_resorts(t))
                     ++kept_now;
                 else
                     hopeless[corners] = standing_of(t);

@@ -26,7 +26,7 @@ constexpr double kBroken = 0.3;      // quality of elements that no mesh should 
 constexpr double kUnsplit = 2.5;     // metric length of edges that were to be split
 constexpr double kAround = 3;        // sizes
 constexpr double kSamePlace = 0.25;  // sizes: what was broken and moved is broken as before
-constexpr int kMostAttempts = 3;     // to mend a mesh
+constexpr int kMostAttempts = 3;     // to lower sizes, and to polish
 // Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than they are worth.
 constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.82;
 // Faults that are mended one by one, over the triangles or in all: where there are more, lower sizes cost less and leave better shapes.
@@ -507,10 +507,13 @@ MeshPart part_around(const Editor& editor, std::span<const int> vertices) {
     return part;
 }
 
-double worst(std::span<const MeshFault> faults) {
-    double worst = 0;
-    for (const MeshFault& fault : faults) worst = std::max(worst, fault.distance);
-    return worst;
+bool is_as_good(std::span<const MeshFault> a, std::span<const MeshFault> b) {
+    const auto worst = [](std::span<const MeshFault> faults) {
+        double distance = 0;
+        for (const MeshFault& fault : faults) distance = std::max(distance, fault.distance);
+        return distance;
+    };
+    return a.size() <= b.size() && worst(a) <= worst(b);
 }
 
 // Mends the faults of a mesh one by one, as far as that can be done. @returns whether anything was done
@@ -582,7 +585,6 @@ class Remesher {
     // Starts from a mesh, that of the result, with other sizes at its vertices.
     void start_from(const Connectivity& mesh, const std::vector<Vertex>& vertices, std::span<const double> sizes) {
         auto finer = std::make_unique<ControlSpace>(result_.mesh.points, mesh, sizes);
-        expect(*finer);
         auto on_it = std::make_unique<TriangleSupport>(surface_.support, surface_.features, *finer);
         editor_ = std::make_unique<Editor>(*on_it, with_sizes(mesh, vertices, sizes), mesh);
         support_ = std::move(on_it);
@@ -601,6 +603,7 @@ class Remesher {
         take_mesh();
         while (const auto sizes = sizes_after(MeshStage::Draft)) {
             start_from(editor_->mesh(), editor_->vertices(), *sizes);
+            expect(*own_);
             optimise_for(MeshStage::Draft, changed(*editor_, result_.mesh.sizes, *sizes));
             take_mesh();
         }
@@ -622,13 +625,14 @@ class Remesher {
         }
     }
 
-    // Where lower sizes break the mesh it goes back to what it was there.
+    // Lowers sizes, but not where that breaks the mesh.
     void refine(std::vector<double> sizes) {
         const Connectivity mesh = editor_->mesh();
         const std::vector<Vertex> vertices = editor_->vertices();
         const std::vector<BrokenPlace> broken_before = broken_places(*editor_);
         for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
             start_from(mesh, vertices, sizes);
+            expect(*own_);
             optimise_for(MeshStage::Final, changed(*editor_, result_.mesh.sizes, sizes));
             const auto known = in_vain_.size();
             for (const BrokenPlace& broken : broken_places(*editor_)) {
@@ -636,32 +640,37 @@ class Remesher {
                 if (std::none_of(broken_before.begin(), broken_before.end(), is_same)) in_vain_.push_back(broken.at);
             }
             if (in_vain_.size() == known) return;
-            // If that is not enough, everywhere.
+            // Back to what it was there; if that is not enough, everywhere.
             const auto broken_now = std::span(in_vain_).subspan(known);
             for (std::size_t v = 0; v < vertices.size(); ++v)
                 if (attempt + 1 == kMostAttempts || is_around(vertices[v].p, vertices[v].h, broken_now)) sizes[v] = result_.mesh.sizes[v];
         }
     }
 
-    // Checks a mesh, and mends its faults one by one where they are few. @returns those that are left
+    // Checks a mesh, and mends its faults one by one where they are few, as long as that makes it better. @returns those that are left
     std::vector<MeshFault> check_and_mend(std::unique_ptr<Editor>& editor, SurfaceMesh& mesh) {
-        for (int mendings = 0;; ++mendings) {
-            std::vector<MeshFault> left = checks_->faults_of(mesh);
-            clock_.done("check");
-            const double few = std::max(kFewFaultsInAll, kFewFaults * static_cast<double>(mesh.triangles.size()));
-            if (left.empty() || static_cast<double>(left.size()) > few || mendings == kMostMendings) return left;
+        std::vector<MeshFault> faults = checks_->faults_of(mesh);
+        clock_.done("check");
+        const double few = std::max(kFewFaultsInAll, kFewFaults * static_cast<double>(mesh.triangles.size()));
+        for (int mendings = 0; !faults.empty() && static_cast<double>(faults.size()) <= few && mendings < kMostMendings; ++mendings) {
             auto mender = std::make_unique<Editor>(*support_, editor->vertices(), editor->mesh());
-            const bool mended = mend(*mender, mesh, left, *checks_);
-            if (mended) {
-                editor = std::move(mender);
-                mesh = export_mesh(surface_, *support_, *editor);
-            }
+            const bool any = mend(*mender, mesh, faults, *checks_);
             clock_.done("mending");
-            if (!mended) return left;
+            if (!any) break;
+            SurfaceMesh mended = export_mesh(surface_, *support_, *mender);
+            std::vector<MeshFault> left = checks_->faults_of(mended);
+            const bool better = is_as_good(left, faults) && !is_as_good(faults, left);
+            if (!better) checks_->faults_of(mesh);
+            clock_.done("check");
+            if (!better) break;
+            editor = std::move(mender);
+            mesh = std::move(mended);
+            faults = std::move(left);
         }
+        return faults;
     }
 
-    // What is not as good as it could be, without losing what was reached.
+    // Improves what is not as good as it could be, without losing what was reached.
     void polish_last() {
         std::vector<Vector3d> barred;
         for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
@@ -670,10 +679,11 @@ class Remesher {
                 return std::none_of(around.begin(), around.end(), [&](int v) { return is_around(now.vertex(v).p, now.vertex(v).h, barred); }) &&
                        checks_->allows(part_around(now, around));
             });
-            take_report(polish(*polisher, std::min(kGoalOfPolish, options_.goal), clock_), result_.statistics);
+            const OptimiseReport report = polish(*polisher, std::min(kGoalOfPolish, options_.goal), clock_);
             SurfaceMesh polished = export_mesh(surface_, *support_, *polisher);
             const std::vector<MeshFault> left = check_and_mend(polisher, polished);
-            if (worst(left) <= worst(faults_)) {
+            if (is_as_good(left, faults_)) {
+                take_report(report, result_.statistics);
                 result_.mesh = std::move(polished);
                 return;
             }

@@ -82,6 +82,48 @@ TEST_CASE("connectivity stays valid under random flips, splits and collapses, an
     CHECK(std::min({done[0], done[1], done[2]}) > 200);
 }
 
+TEST_CASE("renumbered breadth first a mesh is the same, without what was removed", "[property]") {
+    // Two components and a vertex of neither; some edges collapse, and tags tell edges.
+    std::vector<Triangle> triangles = grid(6, true);
+    for (const Triangle& t : grid(4, false)) triangles.push_back({t[0] + 40, t[1] + 40, t[2] + 40});
+    Connectivity mesh(65, triangles);
+    std::mt19937 random(3);
+    for (int collapses = 0; collapses < 12;) {
+        const int h = static_cast<int>(random() % (3 * mesh.num_triangles()));
+        if (!mesh.is_live_triangle(h / 3) || !mesh.can_collapse(h)) continue;
+        mesh.collapse(h);
+        ++collapses;
+    }
+    const auto tag_of = [](int a, int b) { return 100 * std::min(a, b) + std::max(a, b); };
+    for (int h = 0; h < 3 * mesh.num_triangles(); ++h)
+        if (mesh.is_live_triangle(h / 3)) mesh.set_tag(h, tag_of(mesh.origin(h), mesh.target(h)));
+
+    const Connectivity::Numbering numbering = mesh.breadth_first();
+    const Connectivity other = mesh.renumbered(numbering);
+    CHECK(other.check().empty());
+    CHECK(other.num_triangles() == mesh.num_live_triangles());
+    CHECK(other.num_triangles() == other.num_live_triangles());
+    for (int v = 0; v < mesh.num_vertices(); ++v) {
+        const int now = numbering.new_number[v];
+        CHECK((now == Connectivity::kNone) == !mesh.is_live_vertex(v));
+        if (now != Connectivity::kNone) CHECK(numbering.vertices[now] == v);
+    }
+    for (int t = 0; t < other.num_triangles(); ++t)
+        for (int k = 0; k < 3; ++k) {
+            const int a = numbering.vertices[other.triangle(t)[k]], b = numbering.vertices[other.triangle(t)[(k + 1) % 3]];
+            CHECK(mesh.triangle(numbering.triangles[t])[k] == a);
+            CHECK(other.tag(3 * t + k) == tag_of(a, b));
+        }
+    // Neighbours are near: a vertex that is not the first of its component has one with a smaller number.
+    int firsts = 0;
+    for (int v = 0; v < other.num_vertices(); ++v) {
+        int least = v;
+        other.for_each_edge(v, [&](int, int w) { least = std::min(least, w); });
+        firsts += least == v;
+    }
+    CHECK(firsts == 2);
+}
+
 TEST_CASE("connectivity refuses what is not an oriented manifold", "[mesh]") {
     using T = std::vector<Triangle>;
     const T bad = GENERATE(T{{0, 1, 1}}, T{{0, 1, 9}}, T{{0, 1, 2}, {1, 2, 3}}, T{{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}, T{{0, 1, 2}, {0, 3, 4}});

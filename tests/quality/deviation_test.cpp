@@ -247,6 +247,9 @@ TEST_CASE("a part of a mesh keeps the limit where the mesh does, and not where a
         const bool near_spike = (made.mesh.points[v] - surface.points[spike]).norm() < 0.5;
         if (!near_spike || under_spike) CHECK(proof.is_kept_by(part.mesh.view(), part.changed, base.under(part.mesh)) == !under_spike);
         if (near_spike) continue;
+        // A point that is asked for counts wherever it is.
+        CHECK(proof.is_kept_by(part.mesh.view(), part.changed, base.under(part.mesh), part.mesh.points[0]));
+        CHECK_FALSE(proof.is_kept_by(part.mesh.view(), part.changed, base.under(part.mesh), 2 * part.mesh.points[0]));
         const int own = static_cast<int>(std::find(part.vertex.begin(), part.vertex.end(), v) - part.vertex.begin());
         for (const double push : {3.0, -3.0}) {
             Mesh pushed = part.mesh;

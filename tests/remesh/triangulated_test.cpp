@@ -355,6 +355,58 @@ TEST_CASE("what checks do not allow is not done", "[property]") {
     CHECK(mesh.triangles.size() == checks.last.triangles.size());
 }
 
+namespace {
+
+// At fault wherever a point of the surface has no vertex of the mesh near it; allows what brings one there.
+class Wanting : public MeshChecks {
+  public:
+    Wanting(const Vector3d& point, double reach) : point_(point), reach_(reach) {}
+    std::vector<MeshFault> faults_of(const SurfaceMesh& mesh) override {
+        const double nearest = nearest_in(mesh.points);
+        if (meshes++ == 0) first_nearest = nearest;
+        last_nearest = nearest;
+        if (nearest <= reach_) return {};
+        MeshFault fault{point_, nearest, {}};
+        for (int t = 0; t < std::ssize(mesh.triangles); ++t)
+            for (const int v : mesh.triangles[t])
+                if ((mesh.points[v] - point_).norm() == nearest) fault.triangles.push_back(t);
+        return {fault};
+    }
+    std::optional<std::vector<double>> sizes_after(const SurfaceMesh&, MeshStage, std::span<const Vector3d>) override { return std::nullopt; }
+    bool allows(const MeshPart& part) override {
+        if (!part.fault) return false;  // not when polishing
+        CHECK(*part.fault == point_);
+        return nearest_in(part.points) <= reach_;
+    }
+
+    int meshes = 0;
+    double first_nearest = 0, last_nearest = 0;
+
+  private:
+    double nearest_in(std::span<const Vector3d> points) const {
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const Vector3d& p : points) nearest = std::min(nearest, (p - point_).norm());
+        return nearest;
+    }
+    Vector3d point_;
+    double reach_;
+};
+
+}  // namespace
+
+TEST_CASE("a fault of a mesh is mended at its place alone", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::sphere(4)));
+    const SurfaceMesh before = remeshed(surface, uniform(0.3)).result.mesh;
+    const Vector3d wanted = Vector3d(0.3, -0.5, 0.7).normalized();
+    Wanting checks(wanted, 0.03);
+    const Remeshed made = remeshed(surface, uniform(0.3), {}, &checks);
+    CHECK(checks.first_nearest > 0.03);
+    CHECK(checks.last_nearest <= 0.03);
+    check_topology_kept(made);
+    CHECK(made.after.shape.area_length.min >= 0.5);
+    CHECK(std::abs(std::ssize(made.result.mesh.triangles) - std::ssize(before.triangles)) < 0.1 * double(before.triangles.size()));
+}
+
 TEST_CASE("sizes far below coarse, uneven facets that are no features leave no needles", "[property]") {
     const unsigned seed = GENERATE(1u, 2u, 3u, 4u);
     CAPTURE(seed);

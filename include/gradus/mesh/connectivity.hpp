@@ -28,6 +28,7 @@ class Connectivity {
     };
     /// Keeps what is next to each other together: breadth first, each component from its first vertex; triangles by their first vertex.
     Numbering breadth_first() const;
+    /// The same mesh with other numbers, without what is removed. @pre of this mesh, with all that is not removed
     Connectivity renumbered(const Numbering& numbering) const;
 
     int num_triangles() const { return static_cast<int>(origin_.size() / 3); }  ///< including removed ones

@@ -18,8 +18,8 @@ struct FeatureOptions {
     int shortest = 5;
     /// Creases that hang together without closing a loop are noise too where they are shorter than this in all, over the diagonal.
     double shortest_tree = 0.05;
-    /// Creases that rise less than about a seventh of this length, over this length to both sides, are none, and jags that rise more than it
-    /// are corners. 0: all creases count, and no jags.
+    /// Creases that rise less than about a seventh of this length, over this length to both sides, are none, and jags of feature curves that
+    /// rise more than this length over the line between their neighbours are corners. 0: all creases count, and no jags.
     double scale = 0;
     double corner_angle = 0.785;  ///< turn of a feature curve from which its vertex is a corner, radians: 45 degrees
 };
@@ -56,7 +56,7 @@ struct KnownFeatures {
 /// Boundaries, creases with hysteresis (an edge above the weak angle is one where it continues a crease), borders of labels and
 /// what is given. Half-edges of `mesh` are tagged with the number of their chain, others with -1.
 /// A vertex of two feature edges is a corner where the curve turns by the corner angle both from edge to edge and over three
-/// edges on either side: a jagged boundary has none, but where its jags are high.
+/// edges on either side: a jagged curve has none, but where its jags are high.
 Features find_features(std::span<const Eigen::Vector3d> points, Connectivity& mesh, const FeatureOptions& options = {}, const KnownFeatures& known = {});
 
 /// A vertex as one side of the features sees it: its corners between two tagged edges, or all where it has none.

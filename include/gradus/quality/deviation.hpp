@@ -55,7 +55,7 @@ class DeviationProof {
     /// Whether a part of a mesh, a disk about, keeps the limit as far as can be told without the rest: its first triangles everywhere, and
     /// the surface at its vertices and along its edges where one of those is the closest of the part.
     /// @param changed  number of the first triangles  @param under  a triangle of the surface near each vertex
-    /// @param also     a point of the surface to look at as well
+    /// @param also     a point of the surface that is to be within the limit of the part too
     bool is_kept_by(const MeshView& part, int changed, std::span<const int> under, const std::optional<Eigen::Vector3d>& also = std::nullopt);
 
     double limit() const { return limit_; }

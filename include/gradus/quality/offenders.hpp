@@ -16,7 +16,9 @@ struct OffenderCause {
     enum class Kind {
         None,          ///< nothing was found that forces it
         Frozen,        ///< it has a frozen edge, or a frozen vertex near a corner or a curve
-        SharpPoint,    ///< all angles at a vertex inside are less than three smallest ones; value: their sum in degrees, ids: the vertex
+        /// the angles of the mesh around a vertex off the features add up to less than three times the smallest angle; value: degrees, ids:
+        /// the vertex
+        SharpPoint,
         NarrowCorner,  ///< features meet at less than the smallest angle; value: degrees, ids: the vertex
         NearCorners,   ///< two corners; value: their distance over the size there, ids: their vertices
         NearCurves,    ///< two feature curves; value: their distance over the size there, ids: their numbers, from 0

@@ -22,7 +22,7 @@ struct ChordErrorOptions {
     std::optional<GradationOptions> gradation = {};  ///< that sizes have, and have again once they were lowered; without required sizes
     double hmin = 0;                                 ///< sizes are lowered no farther, unit of length, >= 0
     RemeshOptions remesh = {};
-    std::function<void(const SurfaceMesh&)> on_check = {};  ///< called with each mesh that is going to be checked
+    std::function<void(const SurfaceMesh&)> on_check = {};  ///< called with each mesh that is going to be checked, with some twice
 };
 
 /// A size map with the mesh it is on.

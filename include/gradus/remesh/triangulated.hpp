@@ -83,10 +83,10 @@ struct MeshPart {
     std::optional<Eigen::Vector3d> fault = {};  ///< a point of the triangulation where the mesh was not good
 };
 
-/// A place where a mesh is not good.
+/// A place where a mesh is too far from the triangulation.
 struct MeshFault {
     Eigen::Vector3d point;       ///< of the triangulation
-    double distance = 0;         ///< how bad it is, > 0
+    double distance = 0;         ///< largest seen, unit of length
     std::vector<int> triangles;  ///< of the mesh there
 };
 
@@ -94,7 +94,7 @@ struct MeshFault {
 class MeshChecks {
   public:
     virtual ~MeshChecks() = default;
-    /// Where a mesh that may be the last is not good. Of the meshes that this is called for the last is the result.
+    /// Where a mesh that may be the last is not good. Of the meshes that this is called for the last is the result; it may be called for one twice.
     virtual std::vector<MeshFault> faults_of(const SurfaceMesh&) { return {}; }
     /// What sizes at its vertices to go on with, or nothing where the mesh is good. Called for drafts first, then for meshes that may be
     /// the last, after `faults_of`.
