@@ -353,18 +353,17 @@ class Finder {
         return w;
     }
 
+    // Whether the way from a over v to b turns by the corner angle.
+    bool turns(int a, int v, int b) const { return along(a, v).dot(along(v, b)) <= std::cos(options_.corner_angle); }
+
     bool is_turn(int v) const {
-        const double straight = std::cos(options_.corner_angle);
         const auto [a, b] = neighbours(v);
-        if (along(a, v).dot(along(v, b)) > straight) return false;
-        return along(far_along(v, a), v).dot(along(v, far_along(v, b))) <= straight;
+        return turns(a, v, b) && turns(far_along(v, a), v, far_along(v, b));
     }
 
     bool is_high_jag(int v) const {
-        if (!(options_.scale > 0)) return false;
         const auto [a, b] = neighbours(v);
-        if (along(a, v).dot(along(v, b)) > std::cos(options_.corner_angle)) return false;
-        return (points_[v] - points_[a]).cross(along(a, b)).norm() > kJag * options_.scale;
+        return options_.scale > 0 && turns(a, v, b) && (points_[v] - points_[a]).cross(along(a, b)).norm() > kJag * options_.scale;
     }
 
     // What the angles around a vertex are short of a whole turn; none at features.

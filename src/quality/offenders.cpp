@@ -82,10 +82,8 @@ class Causes {
     // Calls use(other end, curve) for the feature edges at v.
     template <class Use>
     void for_each_feature_edge(int v, const Use& use) const {
-        mesh_.for_each_outgoing(v, [&](int h) {
-            if (mesh_.tag(h) >= 0) use(mesh_.target(h), mesh_.tag(h));
-            const int last = Connectivity::prev(h);
-            if (mesh_.twin(last) < 0 && mesh_.tag(last) >= 0) use(mesh_.origin(last), mesh_.tag(last));
+        mesh_.for_each_edge(v, [&](int h, int other) {
+            if (mesh_.tag(h) >= 0) use(other, mesh_.tag(h));
         });
     }
 

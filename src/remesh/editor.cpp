@@ -456,14 +456,18 @@ void Editor::add_ring(std::vector<int>& around) const {
         });
 }
 
-bool Editor::push(int h) {
-    Vertex x = vertices_[mesh_.origin(h)];
-    if (x.bound != Bound::Free) return false;
-    const std::optional<Foot> foot = support_.move(x.place, x.p, x.p + kPush * (vertices_[mesh_.target(h)].p - x.p));
+bool Editor::bring(int v, const Eigen::Vector3d& target) {
+    Vertex x = vertices_[v];
+    const std::optional<Foot> foot = x.bound == Bound::Free ? support_.move(x.place, x.p, target) : std::nullopt;
     if (!foot) return false;
     take_foot(x, *foot);
-    set_vertex(mesh_.origin(h), x);
+    set_vertex(v, x);
     return true;
+}
+
+bool Editor::push(int h) {
+    const Eigen::Vector3d &from = vertices_[mesh_.origin(h)].p, &to = vertices_[mesh_.target(h)].p;
+    return bring(mesh_.origin(h), from + kPush * (to - from));
 }
 
 // The vertices of the triangles on either side of h.
@@ -618,13 +622,7 @@ std::optional<double> Editor::try_mending(const Mending& mending, const Eigen::V
     const bool comes = mending.operation == Operation::Split;
     const int moved = comes ? trials_[0].around.front() : mesh_.origin(mending.halfedge);
     if (comes) around.push_back(moved);
-    if (mending.to_fault) {
-        Vertex x = vertices_[moved];
-        const std::optional<Foot> foot = x.bound == Bound::Free ? support_.move(x.place, x.p, fault) : std::nullopt;
-        if (!foot) return std::nullopt;
-        take_foot(x, *foot);
-        set_vertex(moved, x);
-    }
+    if (mending.to_fault && !bring(moved, fault)) return std::nullopt;
     for (int round = 0; round < rounds; ++round)
         for (const int v : around)
             if (!mending.to_fault || v != moved) relax(v, Aim::Worst);

@@ -207,6 +207,8 @@ class Editor {
         bool to_fault;  // the vertex that comes by a split, or the origin of the half-edge, goes there
     };
     std::optional<double> try_mending(const Mending& mending, const Eigen::Vector3d& fault, int rounds, std::vector<int>& around);
+    // Moves a free vertex to the surface near a point. @returns whether it went
+    bool bring(int v, const Eigen::Vector3d& target);
     bool push(int h);
     void set_vertex(int v, const Vertex& x);
     void list_corners(int h, std::vector<int>& around) const;

@@ -474,20 +474,19 @@ SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& suppo
     return result;
 }
 
+void add_once(std::vector<int>& list, int item) {
+    if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+}
+
 // The triangles at some vertices, and those that touch them.
 MeshPart part_around(const Editor& editor, std::span<const int> vertices) {
     const Connectivity& mesh = editor.mesh();
     MeshPart part;
     std::vector<int> triangles, corners;
-    const auto add_triangles_at = [&](int v) {
-        mesh.for_each_outgoing(v, [&](int h) {
-            if (std::find(triangles.begin(), triangles.end(), h / 3) == triangles.end()) triangles.push_back(h / 3);
-        });
-    };
+    const auto add_triangles_at = [&](int v) { mesh.for_each_outgoing(v, [&](int h) { add_once(triangles, h / 3); }); };
     const auto list_corners = [&] {
         for (const int t : triangles)
-            for (const int v : mesh.triangle(t))
-                if (std::find(corners.begin(), corners.end(), v) == corners.end()) corners.push_back(v);
+            for (const int v : mesh.triangle(t)) add_once(corners, v);
     };
     for (const int v : vertices)
         if (mesh.is_live_vertex(v)) add_triangles_at(v);
@@ -527,8 +526,7 @@ bool mend(Editor& editor, const SurfaceMesh& mesh, std::span<const MeshFault> fa
         };
         std::vector<int> corners;
         for (const int t : fault.triangles)
-            for (const int v : mesh.triangles[t])
-                if (std::find(corners.begin(), corners.end(), v) == corners.end()) corners.push_back(v);
+            for (const int v : mesh.triangles[t]) add_once(corners, v);
         if (allows(editor, corners)) continue;  // mended with another
         editor.set_guard(allows);
         any = editor.mend(corners, fault.point) || any;
