@@ -16,6 +16,8 @@ using Eigen::Vector3d;
 constexpr double kPrecision = 0.1;
 constexpr double kBelongs = 2;      // over the limit
 constexpr double kMostPieces = 16;  // of an edge of the surface that is looked at
+constexpr int kLarge = 16;           // vertices over a triangle of the surface from which it is cut into pieces
+constexpr int kOverPiece = 8;        // and vertices over each of those, about
 // Over the distance of a point: the triangle that leaves a place out is not always the one closest to it.
 constexpr double kAlmostClosest = 1.3;
 
@@ -104,12 +106,13 @@ Deviation measure_deviation(const ReferenceView& reference, const MeshView& mesh
 }
 
 DeviationProof::DeviationProof(const ReferenceView& reference, double limit)
-    : reference_(reference), limit_(limit), target_(reference.surface), witnesses_(reference.surface.triangles.size()) {
+    : reference_(reference), limit_(limit), target_(reference.surface) {
     if (!(limit > 0)) throw std::invalid_argument("DeviationProof: limit is " + std::to_string(limit) + ", not above 0");
 }
 
 ProvedDeviation DeviationProof::prove(const MeshView& mesh, std::span<const int> under) {
     check_under("DeviationProof::prove", mesh, under);
+    if (witnesses_.empty()) cut_large(under);
     const DistanceTarget target(mesh);
     const std::vector<int> now = same_triangles({points_, triangles_}, mesh);
     ProvedDeviation proved;
@@ -186,11 +189,46 @@ OneSidedDistance DeviationProof::prove_from_reference(const MeshView& mesh, cons
                                                       const std::vector<int>& now) {
     std::vector<char> kept(witnesses_.size());
     for (std::size_t t = 0; t < kept.size(); ++t) kept[t] = take_numbers(witnesses_[t], now);
-    const std::vector<int> over = triangles_over(reference_.connectivity, mesh, under);
-    OneSidedDistance found = target.measure_from(
-        reference_.surface, {.limit = limit_, .precision = kPrecision, .near = over, .skip = kept, .witnesses = witnesses_});
+    std::vector<int> over = triangles_over(reference_.connectivity, mesh, under);
+    for (const int v : pieces_.beside) over.push_back(over[v]);
+    const MeshView surface = pieces_.triangles.empty() ? reference_.surface : MeshView{pieces_.points, pieces_.triangles};
+    OneSidedDistance found =
+        target.measure_from(surface, {.limit = limit_, .precision = kPrecision, .near = over, .skip = kept, .witnesses = witnesses_});
+    if (!pieces_.of.empty())
+        for (TooFar& f : found.beyond) f.triangle = pieces_.of[f.triangle];
     include_proved_before(found);
     return found;
+}
+
+void DeviationProof::cut_large(std::span<const int> under) {
+    const std::span<const Triangle> triangles = reference_.surface.triangles;
+    std::vector<int> over(triangles.size(), 0);
+    for (const int t : under)
+        if (t >= 0) ++over[t];
+    if (std::any_of(over.begin(), over.end(), [](int n) { return n > kLarge; })) {
+        pieces_.points.assign(reference_.surface.points.begin(), reference_.surface.points.end());
+        for (int t = 0; t < std::ssize(triangles); ++t) cut_into(over[t] > kLarge ? over[t] / kOverPiece : 1, triangles[t], t);
+    }
+    witnesses_.resize(pieces_.triangles.empty() ? triangles.size() : pieces_.triangles.size());
+}
+
+// Halves a triangle of the surface, or a piece of one, until there is a number of pieces, each across its longest side.
+void DeviationProof::cut_into(int number, const Triangle& corners, int triangle) {
+    if (number <= 1) {
+        pieces_.triangles.push_back(corners);
+        pieces_.of.push_back(triangle);
+        return;
+    }
+    const auto length2 = [&](int k) { return (pieces_.points[corners[(k + 1) % 3]] - pieces_.points[corners[k]]).squaredNorm(); };
+    int k = 0;
+    for (const int other : {1, 2})
+        if (length2(other) > length2(k)) k = other;
+    const int a = corners[k], b = corners[(k + 1) % 3], c = corners[(k + 2) % 3];
+    const auto middle = static_cast<int>(pieces_.points.size());
+    pieces_.points.push_back((pieces_.points[a] + pieces_.points[b]) / 2);
+    pieces_.beside.push_back(reference_.surface.triangles[triangle][0]);
+    cut_into(number / 2, {a, middle, c}, triangle);
+    cut_into(number - number / 2, {middle, b, c}, triangle);
 }
 
 void DeviationProof::include_proved_before(OneSidedDistance& found) {

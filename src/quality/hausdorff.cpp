@@ -31,7 +31,12 @@ struct Found {
     double largest = 0, bound = 0;
     Vector3d point{0, 0, 0};
     int nearest = -1;
+    Witnesses* witnesses = nullptr;  // takes the triangles of the target that are held against, unless null
 
+    void hold_against(int triangle, double farthest) {
+        bound = std::max(bound, farthest);
+        if (witnesses) witnesses->add(triangle);
+    }
     void attain(const Corner& c) {
         if (c.hit.distance > largest || nearest < 0) largest = c.hit.distance, point = c.p, nearest = c.hit.triangle;
     }
@@ -87,36 +92,36 @@ class DistanceSearch {
 
     Corner look(const Vector3d& p, int near = -1) const { return {p, target_.closest(p, near)}; }
 
-    // Whether a triangle is proved to keep the limit by the triangles of the target around one that is near. @param bound  raised to
-    // the largest distance then
+    // Whether a triangle is proved to keep the limit, from a triangle of the target on that is near. @param bound  raised to the largest
+    // distance then
     bool keeps_limit(const Vector3d& a, const Vector3d& b, const Vector3d& c, int near, double& bound, Witnesses& witnesses) const {
         witnesses.clear();
         const Vector3d middle = (a + b + c) / 3;
-        const auto [start, distance] = descend_to(middle, near);
-        if (distance > options_.limit) return false;
+        auto [start, distance] = descend_to(middle, near);
+        if (distance > options_.limit) {
+            const auto closest = target_.closest(middle, start);
+            if (closest.distance > options_.limit) return false;
+            start = closest.triangle;
+        }
         Polygon whole;
         for (const Vector3d* x : {&a, &b, &c}) whole.add(*x);
+        Found found;
+        found.witnesses = &witnesses;
         int pieces = 0;
-        double farthest = 0;
-        const bool kept = cut_down(whole, start, -1, 0, pieces, [&](const Polygon&, int t, double d) {
-            if (d > options_.limit) return false;
-            farthest = std::max(farthest, d);
-            witnesses.add(t);
-            return true;
+        witnesses.proved = cut_down(whole, start, -1, 0, pieces, [&](const Polygon& piece, int t, double farthest) {
+            if (farthest <= options_.limit) found.hold_against(t, farthest);
+            else hold(piece, t, found);
+            return found.bound <= options_.limit;
         });
-        if (kept) bound = std::max(bound, farthest);
-        witnesses.proved = kept;
-        return kept;
+        if (witnesses.proved) bound = std::max(bound, found.bound);
+        return witnesses.proved;
     }
 
     void measure(const Corner& a, const Corner& b, const Corner& c, Found& found) const {
         for (const Corner* x : {&a, &b, &c}) found.attain(*x);
         // Most triangles of a fine mesh lie over one of the target.
         for (const Corner* x : {&a, &b, &c})
-            if (const double bound = farthest(a, b, c, x->hit.triangle); good_enough(bound, found)) {
-                found.bound = std::max(found.bound, bound);
-                return;
-            }
+            if (const double bound = farthest(a, b, c, x->hit.triangle); good_enough(bound, found)) return found.hold_against(x->hit.triangle, bound);
         Polygon whole;
         for (const Corner* x : {&a, &b, &c}) whole.add(x->p);
         // From under the middle: the corners may be nearest to triangles beyond a crease.
@@ -210,21 +215,23 @@ class DistanceSearch {
                 return;
             }
         }
-        found.bound = std::max(found.bound, bound);
+        found.hold_against(triangle, bound);
     }
 
     void halve(const Corner& a, const Corner& b, const Corner& c, int depth, Found& found) const {
         for (const Corner* x : {&a, &b, &c}) found.attain(*x);
-        double bound = std::min({farthest(a, b, c, a.hit.triangle), farthest(a, b, c, b.hit.triangle), farthest(a, b, c, c.hit.triangle)});
+        double bound = std::numeric_limits<double>::infinity();
+        int triangle = a.hit.triangle;  // of the target, the closest to the three
+        const auto try_that_of = [&](const Corner& x) {
+            if (const double distance = farthest(a, b, c, x.hit.triangle); distance < bound) bound = distance, triangle = x.hit.triangle;
+        };
+        for (const Corner* x : {&a, &b, &c}) try_that_of(*x);
         if (!good_enough(bound, found)) {
             const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
             found.attain(middle);
-            bound = std::min(bound, farthest(a, b, c, middle.hit.triangle));
+            try_that_of(middle);
         }
-        if (depth == kDeepest || good_enough(bound, found)) {
-            found.bound = std::max(found.bound, bound);
-            return;
-        }
+        if (depth == kDeepest || good_enough(bound, found)) return found.hold_against(triangle, bound);
         const Corner ab = look((a.p + b.p) / 2, a.hit.triangle), bc = look((b.p + c.p) / 2, b.hit.triangle), ca = look((c.p + a.p) / 2, c.hit.triangle);
         halve(a, ab, ca, depth + 1, found);
         halve(ab, b, bc, depth + 1, found);
@@ -350,7 +357,11 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 256), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
             const auto& [a, b, c] = from.triangles[triangles[i]];
+            Witnesses* const witnesses = options.witnesses.empty() ? nullptr : &options.witnesses[triangles[i]];
+            if (witnesses) witnesses->clear();
+            found[i].witnesses = witnesses;
             search.measure(corners[corner_of[a]], corners[corner_of[b]], corners[corner_of[c]], found[i]);
+            if (witnesses) witnesses->proved = found[i].bound <= options.limit;
         }
     });
     for (std::size_t i = 0; i < found.size(); ++i) {

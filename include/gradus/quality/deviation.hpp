@@ -33,10 +33,11 @@ Deviation measure_deviation(const ReferenceView& reference, const MeshView& mesh
 /// What was proved of a mesh.
 struct ProvedDeviation {
     /// On either side `beyond` names the triangles that are not proved to keep the limit, `largest` is attained there or 0, and `bound`
-    /// holds for all triangles: it is above the limit where any is beyond, and at most the limit where none is.
+    /// holds for all triangles: it is above the limit where any is beyond, and at most the limit where none is. A triangle of the reference
+    /// that is much larger than those of the mesh is named once for each of its pieces that is beyond.
     Deviation deviation;
-    /// Triangles of the mesh to divide where it does not keep the limit: those beyond it, then for each triangle of the reference that is
-    /// beyond it those that are almost closest there (`nearest` is that triangle of the reference then). May name one more than once.
+    /// Triangles of the mesh to divide where it does not keep the limit: those beyond it, then for each triangle of the reference, or piece of
+    /// one, that is beyond it those that are almost closest there (`nearest` is that triangle of the reference then). May name one more than once.
     std::vector<TooFar> at_fault;
 };
 
@@ -66,7 +67,17 @@ class DeviationProof {
     OneSidedDistance prove_from_reference(const MeshView& mesh, const DistanceTarget& target, std::span<const int> under, const std::vector<int>& now);
     void include_proved_before(OneSidedDistance& found);
 
+    void cut_large(std::span<const int> under);
+    void cut_into(int number, const Triangle& corners, int triangle);
+
     ReferenceView reference_;
+    // The surface with its large triangles in pieces, so that little is looked at again where the mesh changes; empty where none is large.
+    struct Pieces {
+        std::vector<Eigen::Vector3d> points;  // those of the surface, and others
+        std::vector<Triangle> triangles;
+        std::vector<int> of;                  // the triangle of the surface of each
+        std::vector<int> beside;              // for each of the other points a vertex of the triangle it is on
+    } pieces_;
     double limit_;
     DistanceTarget target_;
     std::vector<int> seen_;  // triangles of the surface, by the last part they were looked at for
@@ -75,7 +86,7 @@ class DeviationProof {
     std::vector<Eigen::Vector3d> points_;
     std::vector<Triangle> triangles_;
     std::vector<char> kept_;            // triangles that were proved
-    std::vector<Witnesses> witnesses_;  // triangles that those of the surface were held against
+    std::vector<Witnesses> witnesses_;  // triangles that those of the surface, or their pieces, were held against; empty before the first
     double bound_of_proved_ = 0;        // no triangle that was ever proved, of either side, has points farther
 };
 
