@@ -201,6 +201,7 @@ class Cutter {
             if (mesh_.is_live_vertex(v)) bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v));
         });
         for (const Bounds::Bound& bound : bounds) sizes_.push_back(bound.size);
+        heed_short_curves();
         SizingRule unclamped = rule;
         unclamped.hmax = std::numeric_limits<double>::infinity();
         const auto most = [&](int v, double length) {
@@ -314,6 +315,17 @@ class Cutter {
             const double size = 2 * gap / rise, radius = (size * size / (4 * rule_.value) + rule_.value) / 2;
             for (const int side : {h, g})
                 for (const int e : {side, Connectivity::next(side)}) at_corner_[e] = std::max(at_corner_[e], 1 / radius);
+        }
+    }
+
+    // The ends of a curve between corners face each other: what it is divided into is no longer than that.
+    void heed_short_curves() {
+        if (rule_.feature_clearance == 0) return;
+        for (const FeatureChain& chain : surface_.features().chains) {
+            if (chain.closed) continue;
+            const double distance = (points_[chain.vertices.back()] - points_[chain.vertices.front()]).norm();
+            const double most = std::max(rule_.feature_clearance * distance, rule_.hmin);
+            for (const int v : chain.vertices) sizes_[v] = std::min(sizes_[v], most);
         }
     }
 

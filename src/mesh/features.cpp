@@ -15,6 +15,7 @@ namespace {
 constexpr int kReach = 3;                // edges on either side that tell a corner from a jag
 constexpr double kRelief = 0.15;         // of the scale
 constexpr double kJag = 1;               // height of a jag over the scale, from which it is a corner nevertheless
+constexpr double kSliver = 1.0 / 3;      // width of a facet between two creases over its length, at most
 constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
 constexpr double kAlike = 3;
 constexpr double kTip = 1.2;             // angle defect of the point of a cone, radians: it opens by less than 108 degrees
@@ -51,6 +52,7 @@ class Finder {
         while (drop_unclear()) continue;
         drop_short();
         drop_small_networks();
+        drop_doubled();
     }
 
     Features chains(std::span<const int> known_corners) {
@@ -154,6 +156,8 @@ class Finder {
         return std::atan2(from.cross(to).dot(axis), from.dot(to));
     }
 
+    double length(int h) const { return (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm(); }
+
     // How far the triangle of h reaches from it.
     double width_of(int h) const {
         const Eigen::Vector3d edge = points_[mesh_.target(h)] - points_[mesh_.origin(h)], side = points_[mesh_.apex(h)] - points_[mesh_.origin(h)];
@@ -249,6 +253,12 @@ class Finder {
         --degree_[mesh_.target(edge)];
     }
 
+    void add(int edge) {
+        kind_[edge] = Kind::Crease;
+        ++degree_[mesh_.origin(edge)];
+        ++degree_[mesh_.target(edge)];
+    }
+
     // Takes away creases of few edges that end freely. What hangs together is followed from its free end.
     void drop_short() {
         for (int v = 0; v < mesh_.num_vertices(); ++v) {
@@ -331,6 +341,80 @@ class Finder {
             if (is_none(networks[sets.find(mesh_.origin(h))])) none.push_back(h);
         });
         for (const int h : none) drop(h);
+    }
+
+    // A half-edge of a crease beside which another feature is close, less than what creases rise at least: at the apex of its triangle.
+    std::optional<int> doubled_side(int edge, const std::vector<char>& stays) const {
+        if (kind_[edge] != Kind::Crease) return std::nullopt;
+        for (const int h : {edge, mesh_.twin(edge)}) {
+            if (stays[mesh_.origin(h)] && stays[mesh_.target(h)]) return std::nullopt;
+            const double width = width_of(h);
+            if (degree_[mesh_.apex(h)] > 0 && width < kRelief * options_.scale && width < kSliver * length(h)) return h;
+        }
+        return std::nullopt;
+    }
+
+    // Creases that hang together, by their doubled sides, and what it costs to do without them.
+    struct Run {
+        std::vector<int> sides;
+        int steps = 0;      // where what is left of the crease would begin a short step beside the other
+        double weight = 0;  // turns times lengths
+    };
+
+    std::vector<Run> doubled_runs(const std::vector<char>& stays) const {
+        std::vector<Run> runs;
+        std::vector<char> seen(kind_.size(), 0);
+        for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
+            const auto first = seen[h] ? std::nullopt : doubled_side(h, stays);
+            if (!first) continue;
+            seen[h] = 1;
+            Run run{.sides = {*first}};
+            std::vector<int> ends;
+            for (int at : {mesh_.origin(h), mesh_.target(h)}) {
+                while (degree_[at] == 2) {
+                    const auto [following, beyond] = follow(at, [&](int e) { return is_feature(e) && !seen[e] && doubled_side(e, stays); });
+                    if (following < 0) break;
+                    seen[following] = 1;
+                    run.sides.push_back(*doubled_side(following, stays));
+                    at = beyond;
+                }
+                ends.push_back(at);
+            }
+            for (const int side : run.sides) {
+                run.weight += turn_of(side) * length(side);
+                for (const int to_end : {Connectivity::next(side), Connectivity::prev(side)}) {
+                    const int end = to_end == Connectivity::next(side) ? mesh_.target(side) : mesh_.origin(side);
+                    const bool goes_on = degree_[end] == 2 && std::find(ends.begin(), ends.end(), end) != ends.end();
+                    run.steps += goes_on && !is_feature(to_end) && length(to_end) < kRelief * options_.scale;
+                }
+            }
+            runs.push_back(std::move(run));
+        }
+        std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return std::pair(a.steps, a.weight) < std::pair(b.steps, b.weight); });
+        return runs;
+    }
+
+    // Of two creases that run side by side within what creases rise at least, as those on both sides of slivers do, one is enough: that
+    // of the smaller turn goes, and where it went on alone it begins at the other.
+    void drop_doubled() {
+        if (options_.scale == 0) return;
+        std::vector<char> stays(mesh_.num_vertices(), 0);  // vertices between which features gave way to others already
+        for (bool any = true; any;) {
+            any = false;
+            for (const Run& run : doubled_runs(stays)) {
+                const auto is_doubled = [&](int side) { return doubled_side(edge_of(mesh_, side), stays) == side; };
+                if (!std::all_of(run.sides.begin(), run.sides.end(), is_doubled)) continue;
+                any = true;
+                for (const int side : run.sides) drop(edge_of(mesh_, side));
+                for (const int side : run.sides) {
+                    for (const int v : mesh_.triangle(side / 3)) stays[v] = 1;
+                    for (const int to_end : {Connectivity::next(side), Connectivity::prev(side)}) {
+                        const int end = to_end == Connectivity::next(side) ? mesh_.target(side) : mesh_.origin(side);
+                        if (degree_[end] == 1 && !is_feature(to_end)) add(edge_of(mesh_, to_end));
+                    }
+                }
+            }
+        }
     }
 
     std::array<int, 2> neighbours(int v) const {

@@ -78,7 +78,17 @@ void TriangleSupport::spread_normals(Foot& foot) const {
     bool is_near = false;
     for (int k = 0; k < 3; ++k) is_near = is_near || w[k] * w[k] * area2 < reach2 * (p[(k + 2) % 3] - p[(k + 1) % 3]).squaredNorm();
     if (!is_near) return;
-    // The facets that are reached across sides this near.
+    near_.assign({{triangle, surface_.facet_normal(triangle)}});
+    list_near(foot);
+    if (near_.size() == 1) return;
+    const auto [one, other] = farthest_apart(foot.normal);
+    if (one.dot(other) < SmoothSupport::kFold) between_sides(one, other, foot);
+}
+
+// Adds to those listed the facets that are reached, without crossing a feature, across sides that are near.
+void TriangleSupport::list_near(const Foot& foot) const {
+    const Connectivity& mesh = surface_.mesh();
+    const double reach2 = kNearFold * kNearFold * foot.size * foot.size;
     const auto is_side_near = [&](int h) {
         const Vector3d &a = surface_.points()[mesh.origin(h)], along = surface_.points()[mesh.target(h)] - a, to = foot.point - a;
         const double length2 = along.squaredNorm();
@@ -86,13 +96,15 @@ void TriangleSupport::spread_normals(Foot& foot) const {
         return (to - s * along).squaredNorm() < reach2;
     };
     const auto is_listed = [&](int t) { return std::any_of(near_.begin(), near_.end(), [t](const Near& near) { return near.triangle == t; }); };
-    near_.assign({{triangle, surface_.facet_normal(triangle)}});
     for (std::size_t i = 0; i < near_.size() && near_.size() < kMostNear; ++i)
         for (int h = 3 * near_[i].triangle, end = h + 3; h < end; ++h) {
             const int g = mesh.twin(h);
             if (g >= 0 && mesh.tag(h) < 0 && !is_listed(g / 3) && is_side_near(h)) near_.push_back({g / 3, surface_.facet_normal(g / 3)});
         }
-    if (near_.size() == 1) return;
+}
+
+// Of the normals listed the one farthest from a normal, and the one farthest from that.
+std::pair<Vector3d, Vector3d> TriangleSupport::farthest_apart(const Vector3d& normal) const {
     const auto farthest_from = [&](const Vector3d& n) {
         Vector3d farthest = n;
         double least = 1;
@@ -100,8 +112,8 @@ void TriangleSupport::spread_normals(Foot& foot) const {
             if (const double cosine = near.normal.dot(n); cosine < least) least = cosine, farthest = near.normal;
         return farthest;
     };
-    const Vector3d one = farthest_from(foot.normal), other = farthest_from(one);
-    if (one.dot(other) < SmoothSupport::kFold) between_sides(one, other, foot);
+    const Vector3d one = farthest_from(normal);
+    return {one, farthest_from(one)};
 }
 
 const GregoryPatch& TriangleSupport::patch(int triangle) const {
@@ -124,7 +136,14 @@ Foot TriangleSupport::foot(const Place& place) const {
     const auto [h, s] = edge_at(place.curve, place.t);
     if (const int g = surface_.mesh().twin(h); g >= 0) {
         const Eigen::Vector2d here = on_halfedge(h, s), there = on_halfedge(g, 1 - s);
-        between_sides(patch(h / 3).normal(here.x(), here.y()), patch(g / 3).normal(there.x(), there.y()), foot);
+        const Vector3d one = patch(h / 3).normal(here.x(), here.y()), other = patch(g / 3).normal(there.x(), there.y());
+        between_sides(one, other, foot);
+        if (!surface_.folds_near(h / 3) && !surface_.folds_near(g / 3)) return foot;
+        near_.assign({{h / 3, one}, {g / 3, other}});
+        list_near(foot);
+        if (near_.size() == 2) return foot;
+        const auto [a, b] = farthest_apart(foot.normal);
+        between_sides(a, b, foot);
     }
     return foot;
 }

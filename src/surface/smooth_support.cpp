@@ -15,6 +15,7 @@ constexpr double kSteepest = 0.5;  // cosine of the angle between an edge and it
 
 constexpr double kNormalCosine = 0.87;  // normals of vertices count as far as 30 degrees from the facet's
 constexpr double kInnerReach = 0.15;  // over the shortest edge
+constexpr double kOfWidth = 0.25;  // of a facet's height over an edge, that the curve of the edge may rise
 constexpr double kInnerBulge = 1.5;  // of an inner control point: a round one has about twice the height of the edges' middles
 
 // Weight of a corner that is exact for spheres, times its normal [Max 1999].
@@ -139,6 +140,14 @@ void SmoothSupport::turn_normals(const Features& features) {
     }
 }
 
+// Height of the lower of the facets beside an edge over it.
+double SmoothSupport::width_beside(int h) const {
+    const Vector3d &a = points_[mesh_->origin(h)], along = points_[mesh_->target(h)] - a;
+    double area2 = along.cross(points_[mesh_->apex(h)] - a).squaredNorm();
+    if (const int g = mesh_->twin(h); g >= 0) area2 = std::min(area2, along.cross(points_[mesh_->apex(g)] - a).squaredNorm());
+    return std::sqrt(area2 / along.squaredNorm());
+}
+
 // Circle-like: handles of 2/3 of the chord over 1 + cosine of the angle to it; parabola-like for small angles either way.
 SmoothSupport::Handles SmoothSupport::handles(int h) const {
     const int a = mesh_->origin(h), b = mesh_->target(h);
@@ -174,8 +183,9 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
     Vector3d from = handle(ta), to = handle(tb);
     // The middle of the cubic lies 3/8 of the difference of the handles off the chord, a bend either way .29 of one of them.
     const double bulge = std::max({0.375 * without(from - to, along).norm(), 0.29 * without(from, along).norm(), 0.29 * without(to, along).norm()});
-    if (bulge > options_.largest_bulge) {
-        const double share = options_.largest_bulge / bulge;
+    const double most = std::min(options_.largest_bulge, kOfWidth * width_beside(h));
+    if (bulge > most) {
+        const double share = most / bulge;
         const auto flatten = [&](const Vector3d& v) { return Vector3d(v.dot(along) * along + share * without(v, along)); };
         from = flatten(from);
         to = flatten(to);

@@ -75,6 +75,24 @@ TEST_CASE("the inside of a flat facet beside a small round has large sizes", "[p
     CHECK(points.size() > surface.soup().points.size() + 32);
 }
 
+TEST_CASE("a curve between corners asks for elements no longer than it is", "[exact]") {
+    // A sheet with a step of .02 in one of its sides.
+    const double step = 0.02;
+    const Triangulation surface(TriangleSoup{.points = {{0, 0, 0}, {1, 0, 0}, {1, 1 + step, 0}, {0.5, 1 + step, 0}, {0.5, 1, 0}, {0, 1, 0}},
+                                             .triangles = {{0, 4, 5}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}}});
+    const SizingRule rule{.value = 0.05, .hmin = 0.001, .hmax = 0.5};
+    const auto smallest = [&](const SizingRule& by) {
+        const std::vector<double> sizes = geometric_sizes(surface, by);
+        return *std::min_element(sizes.begin(), sizes.end());
+    };
+    SizingRule coarse = rule, unbounded = rule;
+    coarse.hmin = 0.04;
+    unbounded.feature_clearance = 0;
+    CHECK(smallest(rule) == Approx(1.5 * step));
+    CHECK(smallest(coarse) == Approx(0.04));
+    CHECK(smallest(unbounded) > 0.1);
+}
+
 TEST_CASE("a background of given sizes has them, and one of too many triangles stops", "[exact]") {
     const Triangulation surface(triangulations::soup(triangulations::capped_cylinder(16, 2)));
     std::vector<double> sizes(surface.soup().points.size());

@@ -246,6 +246,60 @@ TEST_CASE("a ridge below the scale is no feature", "[exact]") {
     CHECK(found_in(mesh, {.scale = 0.2}).features.chains.size() == 4);
 }
 
+namespace {
+
+// A sheet that is folded twice by 44 degrees, along lines some width apart, so 88 in all.
+Mesh bevel(int n, double width) {
+    Mesh mesh = testing::square(n);
+    const double turn = 44 * std::numbers::pi / 180;
+    for (Vector3d& p : mesh.points) {
+        const int column = static_cast<int>(std::lround(p.x() * n));
+        // From the left line to the right along the arc.
+        const double left = std::min(column - n / 2, 0) / double(n), right = std::max(column - n / 2 - 1, 0) / double(n);
+        const Vector3d beyond(std::cos(turn), 0, -std::sin(turn)), last(std::cos(2 * turn), 0, -std::sin(2 * turn));
+        p = Vector3d(left, p.y(), 0) + (column > n / 2 ? width * beyond : Vector3d(0, 0, 0)) + right * last;
+    }
+    return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("of two creases that are closer than what creases rise one counts", "[exact]") {
+    const double scale = 0.1, width = GENERATE(1e-6, 0.005, 0.012);
+    CAPTURE(width);
+    const Mesh mesh = bevel(20, width);
+    CHECK(found_in(mesh).features.chains.size() == 10);
+    const Found found = found_in(mesh, {.scale = scale});
+    CHECK(found.features.chains.size() == 7);
+    CHECK(found.corners() == 6);
+    CHECK(found_in(bevel(20, 0.02), {.scale = scale}).features.chains.size() == 10);
+    // Where the facets are not much longer than the strip is wide they are what they are.
+    CHECK(found_in(bevel(20, 0.02), {.scale = 0.2}).features.chains.size() == 10);
+}
+
+TEST_CASE("where a strip becomes wide enough its second crease begins at the first", "[exact]") {
+    const int n = 20;
+    const double scale = 0.1;
+    Mesh mesh = bevel(n, 0);
+    // The strip is a wedge: .04 wide at one end.
+    const double turn = 44 * std::numbers::pi / 180;
+    for (int v = 0; v < std::ssize(mesh.points); ++v) {
+        const int column = static_cast<int>(std::lround(testing::square(n).points[v].x() * n));
+        if (column > n / 2) mesh.points[v] += (1e-6 + 0.04 * mesh.points[v].y()) * Vector3d(std::cos(turn), 0, -std::sin(turn));
+    }
+    const Found found = found_in(mesh, {.scale = scale});
+// One crease along the whole sheet, and another from it to the wide end: they meet at a corner within.
+    int inner = 0;
+    for (int v = 0; v < std::ssize(mesh.points); ++v) {
+        if (!found.features.corner[v] || found.mesh.is_boundary_vertex(v)) continue;
+        ++inner;
+        CHECK(mesh.points[v].y() > 0.2);
+        CHECK(mesh.points[v].y() < 0.6);
+    }
+    CHECK(inner == 1);
+    CHECK(found.features.chains.size() == 4 + 3 + 3);
+}
+
 TEST_CASE("features do not depend on numbers, place or size", "[property]") {
     const Mesh mesh = triangulations::capped_cylinder(20, 5, 1, 2, 3);
     const Found a = found_in(mesh), b = found_in(testing::relabelled(mesh, 4)), c = found_in(testing::moved(mesh, 1e-5));

@@ -216,6 +216,31 @@ TEST_CASE("patches of random normals stay as near to their facets as asked", "[p
     CHECK(largest > 0.5 * bulge);
 }
 
+TEST_CASE("curves of edges rise no more than about a quarter of what the facets beside them are wide", "[property]") {
+    const double squeezed = GENERATE(1.0, 0.1, 0.003);
+    Mesh needles = triangulations::graph(8, [](double x, double y) { return 0.1 * std::sin(5 * x) * std::cos(4 * y); });
+    for (Vector3d& p : needles.points) p.x() *= squeezed, p.z() *= squeezed;
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> number(-1, 1);
+    const Smooth s(needles, [&](const Vector3d&) { return Vector3d(Vector3d(0, 0, 2) + Vector3d(number(random), number(random), number(random))).normalized(); });
+    double largest = 0;
+    for (int h = 0; h < 3 * s.size(); ++h) {
+        const Vector3d &a = s.triangles.points[s.mesh.origin(h)], &b = s.triangles.points[s.mesh.target(h)];
+        double width = std::numeric_limits<double>::infinity();
+        for (const int side : {h, s.mesh.twin(h)})
+            if (side >= 0) {
+                const Vector3d& c = s.triangles.points[s.mesh.apex(side)];
+                width = std::min(width, (c - closest_point(c, a, a + 1e3 * (b - a), a - 1e3 * (b - a))).norm());
+            }
+        for (const double t : {0.25, 0.5, 0.75}) {
+            const Vector3d p = s.support->curve_point(h, t);
+            largest = std::max(largest, (p - closest_point(p, a, b, b)).norm() / width);
+        }
+    }
+    CHECK(largest < 0.35);  // what bends either way is estimated
+    CHECK(largest > 0.1);
+}
+
 TEST_CASE("normals of wedges are exact on a sphere, and one-sided at creases", "[exact]") {
     const Mesh mesh = triangulations::sphere(3, 2);
     const Smooth s(mesh, {});

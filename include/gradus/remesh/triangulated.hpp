@@ -38,6 +38,8 @@ class TriangleSupport final : public Support {
     Eigen::Vector3d point_at(const Place& place) const;
     Foot foot(const Place& place) const;
     void spread_normals(Foot& foot) const;
+    void list_near(const Foot& foot) const;
+    std::pair<Eigen::Vector3d, Eigen::Vector3d> farthest_apart(const Eigen::Vector3d& normal) const;
     const GregoryPatch& patch(int triangle) const;
 
     const SmoothSupport& surface_;
@@ -58,7 +60,7 @@ class TriangleSupport final : public Support {
         int triangle;
         Eigen::Vector3d normal;
     };
-    mutable std::vector<Near> near_;     // room for `spread_normals`
+    mutable std::vector<Near> near_;     // room for `list_near`
     mutable std::vector<Part> section_;  // room for `between`
     mutable std::vector<int> goals_;
     std::vector<std::pair<int, double>> curve_of_;  // of each vertex inside a chain: chain and arc length; else -1

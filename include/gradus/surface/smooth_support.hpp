@@ -69,6 +69,7 @@ class SmoothSupport {
         Eigen::Vector3d from, to;  // inner control points of the cubic over a half-edge
     };
     Handles handles(int h) const;
+    double width_beside(int h) const;
     void turn_normals(const Features& features);
     void find_tangents(const Features& features);
     void find_folds();
