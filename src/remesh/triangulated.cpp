@@ -32,6 +32,7 @@ constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.82;
 // Faults that are mended one by one, over the triangles or in all: where there are more, lower sizes cost less and leave better shapes.
 constexpr double kFewFaults = 0.001, kFewFaultsInAll = 8;
 constexpr int kMostMendings = 8;       // in a row
+constexpr std::size_t kLargestFault = 24;  // triangles: where there are more no single operation will do
 constexpr double kChanged = 0.005;     // of a size: edges stay unit where it changes by less
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
@@ -538,6 +539,7 @@ bool is_as_good(std::span<const MeshFault> a, std::span<const MeshFault> b) {
 bool mend(Editor& editor, const SurfaceMesh& mesh, std::span<const MeshFault> faults, MeshChecks& checks) {
     bool any = false;
     for (const MeshFault& fault : faults) {
+        if (fault.triangles.size() > kLargestFault) continue;
         const auto allows = [&](const Editor& now, std::span<const int> around) {
             MeshPart part = part_around(now, around);
             part.fault = fault.point;
