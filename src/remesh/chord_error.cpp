@@ -40,6 +40,7 @@ constexpr double kSteepest = 0.35;       // least factor: distances far above th
 constexpr double kLeastInDrafts = 0.85;  // largest factors: less of a change is none
 constexpr double kLeast = 0.75;
 constexpr double kPlace = 4;   // width of a place over the chord error
+constexpr double kAtBadPlace = 0.8, kAtPlace = 1.5;  // factor where elements are bad, and how far around, in sizes
 // Of the length of frozen edges, and slope from there, down to which sizes go: edges of half that length still count as unit beside them.
 constexpr double kLeastHeld = 0.6;
 constexpr double kSameSize = 1e-6;  // relative: sizes that are not lowered by more are as they were
@@ -125,6 +126,25 @@ class ChordErrorCheck : public MeshChecks {
         return stage == MeshStage::Draft ? after_draft(mesh) : after_final(mesh, in_vain);
     }
 
+    Sizes sizes_below(const SurfaceMesh& mesh, std::span<const Vector3d> places) override {
+        std::vector<double> sizes = mesh.sizes;
+        bool any = false;
+        for (std::size_t v = 0; v < sizes.size(); ++v) {
+            const auto is_near = [&](const Vector3d& p) { return (p - mesh.points[v]).norm() < kAtPlace * mesh.sizes[v]; };
+            if (std::none_of(places.begin(), places.end(), is_near) || sizes[v] <= options_.hmin) continue;
+            sizes[v] = std::max(kAtBadPlace * sizes[v], options_.hmin);
+            any = true;
+        }
+        if (!any || made_.lowerings == kMostLowerings) return std::nullopt;
+        before_ = {made_.map, made_.lowerings};
+        return go_on_with(mesh, std::move(sizes));
+    }
+
+    void take_back() override {
+        made_.map = std::move(before_.map);
+        made_.lowerings = before_.lowerings;
+    }
+
     bool allows(const MeshPart& part) override {
         return proof().is_kept_by({part.points, part.triangles}, part.changed, triangles_under(part.places), part.fault);
     }
@@ -164,6 +184,11 @@ class ChordErrorCheck : public MeshChecks {
         if (made_.lowerings == kMostLowerings) return std::nullopt;
         std::vector<double> sizes = mesh.sizes;
         if (!lower_at(mesh, far, least, in_vain, sizes)) return std::nullopt;
+        return go_on_with(mesh, std::move(sizes));
+    }
+
+    // Sizes that were lowered, graded.
+    Sizes go_on_with(const SurfaceMesh& mesh, std::vector<double> sizes) {
         if (options_.gradation) grade_again(mesh, sizes);
         std::vector<double> graded = sizes;
         if (!mesh.required.empty() && !hold_frozen(mesh, sizes)) return std::nullopt;
@@ -224,6 +249,10 @@ class ChordErrorCheck : public MeshChecks {
     Progress progress_;
     RoundsAtPlaces lowered_at_;
     int second_chances_ = kSecondChances;
+    struct {
+        std::optional<LoweredMap> map;
+        int lowerings = 0;
+    } before_;  // sizes_below
 };
 
 void check_arguments(double chord_error, const ChordErrorOptions& options) {

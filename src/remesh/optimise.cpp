@@ -405,9 +405,9 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
     return report;
 }
 
-OptimiseReport polish(Editor& editor, double goal, StageClock& clock) {
+OptimiseReport polish(Editor& editor, double goal, std::vector<char> active, StageClock& clock) {
     OptimiseReport report;
-    attempt_for_worst(editor, {.goal = goal, .fans = true}, report);
+    attempt_for_worst(editor, {.goal = goal, .fans = true, .active = std::move(active)}, report);
     editor.renumber();
     clock.done("polishing");
     return report;

@@ -33,7 +33,7 @@ void check_estimate(double predicted, const RemeshOptions& options);
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock);
 
-/// Only the search for better worst triangles, everywhere, by operations that the editor's guard lets pass.
-OptimiseReport polish(Editor& editor, double goal, StageClock& clock);
+/// Only the search for better worst triangles, by operations that the editor's guard lets pass. @param active  as in OptimiseOptions
+OptimiseReport polish(Editor& editor, double goal, std::vector<char> active, StageClock& clock);
 
 }  // namespace gradus

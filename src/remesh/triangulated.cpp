@@ -1,6 +1,7 @@
 #include "gradus/remesh/triangulated.hpp"
 
 #include "gradus/mesh/frozen.hpp"
+#include "gradus/quality/offenders.hpp"
 #include "optimise.hpp"
 
 #include <algorithm>
@@ -27,6 +28,8 @@ constexpr double kUnsplit = 2.5;     // metric length of edges that were to be s
 constexpr double kAround = 3;        // sizes
 constexpr double kSamePlace = 0.25;  // sizes: what was broken and moved is broken as before
 constexpr int kMostAttempts = 3;     // to lower sizes, and to polish
+constexpr int kMostRetries = 2;      // of places where elements are bad
+constexpr double kAroundBad = 8;     // sizes: how far from there it is polished again
 // Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than they are worth.
 constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.82;
 // Faults that are mended one by one, over the triangles or in all: where there are more, lower sizes cost less and leave better shapes.
@@ -526,6 +529,21 @@ MeshPart part_around(const Editor& editor, std::span<const int> vertices) {
     return part;
 }
 
+// Elements that are short of what good ones keep, without a cause.
+struct BadPlaces {
+    std::vector<Vector3d> points;
+    std::size_t elements = 0;
+};
+BadPlaces bad_places(const SurfaceMesh& mesh) {
+    const KnownFeatures features{.edges = mesh.features};
+    const OffenderReport report =
+        find_offenders({mesh.points, mesh.triangles}, {.sizes = mesh.sizes, .features = &features, .required = &mesh.required});
+    BadPlaces places{{}, report.unexplained_quality.count + report.unexplained_angle.count + report.unexplained_edge_ratio.count};
+    for (const OffenderGroup& group : report.groups)
+        if (group.cause.kind == OffenderCause::Kind::None) places.points.push_back(group.point);
+    return places;
+}
+
 bool is_as_good(std::span<const MeshFault> a, std::span<const MeshFault> b) {
     const auto worst = [](std::span<const MeshFault> faults) {
         double distance = 0;
@@ -581,7 +599,10 @@ class Remesher {
     RemeshResult run() {
         if (checks_) make_drafts();
         make_finals();
-        if (checks_ && !options_.fast) polish_last();
+        if (checks_ && !options_.fast) {
+            polish_last({});
+            try_again();
+        }
         return std::move(result_);
     }
 
@@ -634,7 +655,10 @@ class Remesher {
     void make_finals() {
         optimise_for(MeshStage::Final, {});
         take_mesh();
-        if (!checks_) return;
+        if (checks_) refine_while_at_fault();
+    }
+
+    void refine_while_at_fault() {
         while (true) {
             faults_ = check_and_mend(editor_, result_.mesh);
             auto sizes = sizes_after(MeshStage::Final);
@@ -689,27 +713,56 @@ class Remesher {
         return faults;
     }
 
-    // Improves what is not as good as it could be, without losing what was reached.
-    void polish_last() {
+    // Improves what is not as good as it could be, without losing what was reached. @param around  places to do that at; empty: everywhere
+    void polish_last(std::span<const Vector3d> around) {
+        std::vector<char> active;
+        if (!around.empty())
+            for (const Vertex& v : editor_->vertices())
+                active.push_back(std::any_of(around.begin(), around.end(), [&](const Vector3d& p) { return (p - v.p).norm() < kAroundBad * v.h; }));
         std::vector<Vector3d> barred;
         for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
             auto polisher = std::make_unique<Editor>(*support_, editor_->vertices(), editor_->mesh());
-            polisher->set_guard([&](const Editor& now, std::span<const int> around) {
-                return std::none_of(around.begin(), around.end(), [&](int v) { return is_around(now.vertex(v).p, now.vertex(v).h, barred); }) &&
-                       checks_->allows(part_around(now, around));
+            polisher->set_guard([&](const Editor& now, std::span<const int> vertices) {
+                return std::none_of(vertices.begin(), vertices.end(), [&](int v) { return is_around(now.vertex(v).p, now.vertex(v).h, barred); }) &&
+                       checks_->allows(part_around(now, vertices));
             });
-            const OptimiseReport report = polish(*polisher, std::min(kGoalOfPolish, options_.goal), clock_);
+            const OptimiseReport report = polish(*polisher, std::min(kGoalOfPolish, options_.goal), active, clock_);
+            polisher->set_guard({});
             SurfaceMesh polished = export_mesh(surface_, *support_, *polisher);
             const std::vector<MeshFault> left = check_and_mend(polisher, polished);
             if (is_as_good(left, faults_)) {
                 take_report(report, result_.statistics);
+                editor_ = std::move(polisher);
                 result_.mesh = std::move(polished);
+                faults_ = left;
                 return;
             }
             for (const MeshFault& fault : left) barred.push_back(fault.point);
         }
         checks_->faults_of(result_.mesh);
         clock_.done("check");
+    }
+
+    // Makes the mesh anew, with smaller sizes, around elements that fall short though nothing forces them to.
+    void try_again() {
+        for (int attempt = 1; attempt <= kMostRetries; ++attempt) {
+            const BadPlaces before = bad_places(result_.mesh);
+            if (before.points.empty()) return;
+            const auto sizes = checks_->sizes_below(result_.mesh, before.points);
+            if (!sizes) return;
+            const SurfaceMesh mesh = result_.mesh;
+            const std::vector<MeshFault> faults = faults_;
+            refine(*sizes);
+            take_mesh();
+            refine_while_at_fault();
+            polish_last(before.points);
+            if (is_as_good(faults_, faults) && bad_places(result_.mesh).elements < before.elements) continue;
+            checks_->take_back();
+            result_.mesh = mesh;
+            checks_->faults_of(result_.mesh);
+            clock_.done("check");
+            return;
+        }
     }
 
     const TriangulatedSurface& surface_;

@@ -407,6 +407,61 @@ TEST_CASE("a fault of a mesh is mended at its place alone", "[property]") {
     CHECK(std::abs(std::ssize(made.result.mesh.triangles) - std::ssize(before.triangles)) < 0.1 * double(before.triangles.size()));
 }
 
+namespace {
+
+// Lowers sizes where that is asked for, if it is to, and lets no element be polished.
+class Retrying : public Unyielding {
+  public:
+    explicit Retrying(bool lowers) : lowers_(lowers) {}
+    std::optional<std::vector<double>> sizes_below(const SurfaceMesh& mesh, std::span<const Vector3d> places) override {
+        CHECK_FALSE(places.empty());
+        ++asked_below;
+        if (!lowers_) return std::nullopt;
+        std::vector<double> sizes = mesh.sizes;
+        for (std::size_t v = 0; v < sizes.size(); ++v)
+            for (const Vector3d& p : places)
+                if ((mesh.points[v] - p).norm() < 1.5 * mesh.sizes[v]) sizes[v] = 0.8 * mesh.sizes[v];
+        return sizes;
+    }
+    void take_back() override { ++taken_back; }
+    std::vector<MeshFault> faults_of(const SurfaceMesh& mesh) override {
+        checked_last = mesh;
+        return {};
+    }
+
+    int asked_below = 0, taken_back = 0;
+    SurfaceMesh checked_last;
+
+  private:
+    bool lowers_;
+};
+
+std::size_t short_of_limits(const MeshReport& report) {
+    const OffenderReport& o = report.offenders;
+    return o.unexplained_quality.count + o.unexplained_angle.count + o.unexplained_edge_ratio.count;
+}
+
+}  // namespace
+
+TEST_CASE("where elements are bad without a cause another mesh is tried, and taken if it is better", "[property]") {
+    const unsigned seed = GENERATE(1u, 2u, 3u, 4u);
+    CAPTURE(seed);
+    const testing::Mesh sphere = triangulations::sphere(3);
+    const Triangulation surface(triangulations::soup(triangulations::noisy(sphere, 0.5 * triangulations::mean_edge(sphere), seed)), kUnfeatured);
+    const RemeshOptions careless{.goal = 0.1};
+    Retrying content(false), retrying(true);
+    const Remeshed first = remeshed(surface, uniform(0.15), careless, &content), second = remeshed(surface, uniform(0.15), careless, &retrying);
+    REQUIRE(short_of_limits(first.after) > 0);
+    CHECK(content.asked_below == 1);
+    CHECK(retrying.asked_below >= 1);
+    check_topology_kept(second);
+    CHECK(retrying.taken_back <= 1);
+    // What is returned is what was checked last.
+    CHECK(sorted_points(second.result.mesh) == sorted_points(retrying.checked_last));
+    if (retrying.taken_back == 1 && retrying.asked_below == 1) CHECK(sorted_points(second.result.mesh) == sorted_points(first.result.mesh));
+    else CHECK(short_of_limits(second.after) < short_of_limits(first.after));
+}
+
 TEST_CASE("sizes far below coarse, uneven facets that are no features leave no needles", "[property]") {
     const unsigned seed = GENERATE(1u, 2u, 3u, 4u);
     CAPTURE(seed);
