@@ -312,8 +312,13 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         const Triangle v = mesh.triangle(t);
         return options.is_active(v[0]) || options.is_active(v[1]) || options.is_active(v[2]);
     };
+    // Triangles that nothing helped, with their standing then, and how far the search went: not, quickly or thoroughly to last resorts.
+    struct Tried {
+        double standing;
+        int depth;
+    };
+    std::map<Triangle, Tried> hopeless;
     for (const double share : {0.75, 0.85, 0.95, 1.0}) {
-        std::map<Triangle, double> hopeless;  // triangles that nothing helped, with their standing then
         const double goal = share * options.goal;
         const auto standing_of = [&](int t) { return options.fans && share == 1 ? standing(editor, t, goal) : editor.quality(t); };
         const auto by_last_resorts = [&](int t) {
@@ -336,12 +341,15 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 const double now = standing_of(t);
                 if (now >= goal) continue;
                 const Triangle corners = mesh.triangle(t);
-                if (const auto tried = hopeless.find(corners); tried != hopeless.end() && std::abs(tried->second - now) < kSameQuality) continue;
+                const int depth = (now < goal - kFarBelow) + (now < goal - kVeryBad);
+                if (const auto tried = hopeless.find(corners);
+                    tried != hopeless.end() && tried->second.depth >= depth && std::abs(tried->second.standing - now) < kSameQuality)
+                    continue;
                 const bool moved = editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
                 if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_last_resorts(t))
                     ++kept_now;
                 else
-                    hopeless[corners] = standing_of(t);
+                    hopeless[corners] = {standing_of(t), depth};
             }
             if (kept_now == 0) break;
         }
