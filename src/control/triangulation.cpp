@@ -318,13 +318,14 @@ class Cutter {
         }
     }
 
-    // The ends of a curve between corners face each other: what it is divided into is no longer than that.
+    // A curve between two corners is divided into pieces no longer than it is.
     void heed_short_curves() {
         if (rule_.feature_clearance == 0) return;
         for (const FeatureChain& chain : surface_.features().chains) {
-            if (chain.closed) continue;
-            const double distance = (points_[chain.vertices.back()] - points_[chain.vertices.front()]).norm();
-            const double most = std::max(rule_.feature_clearance * distance, rule_.hmin);
+            if (chain.closed || chain.vertices.front() == chain.vertices.back()) continue;
+            double length = 0;
+            for (int i = 0; i < chain.num_edges(); ++i) length += (points_[chain.vertex(i + 1)] - points_[chain.vertex(i)]).norm();
+            const double most = std::max(rule_.feature_clearance * length, rule_.hmin);
             for (const int v : chain.vertices) sizes_[v] = std::min(sizes_[v], most);
         }
     }

@@ -253,7 +253,7 @@ class Finder {
         --degree_[mesh_.target(edge)];
     }
 
-    void add(int edge) {
+    void mark_crease(int edge) {
         kind_[edge] = Kind::Crease;
         ++degree_[mesh_.origin(edge)];
         ++degree_[mesh_.target(edge)];
@@ -345,13 +345,35 @@ class Finder {
 
     // A half-edge of a crease beside which another feature is close, less than what creases rise at least: at the apex of its triangle.
     std::optional<int> doubled_side(int edge, const std::vector<char>& stays) const {
-        if (kind_[edge] != Kind::Crease) return std::nullopt;
+        if (kind_[edge] != Kind::Crease || (stays[mesh_.origin(edge)] && stays[mesh_.target(edge)])) return std::nullopt;
         for (const int h : {edge, mesh_.twin(edge)}) {
-            if (stays[mesh_.origin(h)] && stays[mesh_.target(h)]) return std::nullopt;
+            const int next = Connectivity::next(h), prev = Connectivity::prev(h);
+            // What goes on to the apex, and not beyond to others, is the same curve, unless it turns on the way.
+            const auto goes_on = [&](int following, int a, int v, int b) {
+                return is_feature(following) && degree_[v] == 2 && degree_[b] == 2 && along(a, v).dot(along(v, b)) > kContinues;
+            };
+            const bool is_own = goes_on(next, mesh_.origin(h), mesh_.target(h), mesh_.apex(h)) || goes_on(prev, mesh_.target(h), mesh_.origin(h), mesh_.apex(h));
             const double width = width_of(h);
-            if (degree_[mesh_.apex(h)] > 0 && width < kRelief * options_.scale && width < kSliver * length(h)) return h;
+            if (!is_own && degree_[mesh_.apex(h)] > 0 && width < kRelief * options_.scale && width < kSliver * length(h)) return h;
         }
         return std::nullopt;
+    }
+
+    // Whether the other feature is one between the apexes of two sides that meet at v.
+    bool goes_on_beside(int side, int v, int next_side) const {
+        int t = side / 3, apex = mesh_.apex(side);
+        while (t != next_side / 3) {
+            const int across = mesh_.find_edge(v, apex);
+            const int h = across / 3 == t ? across : mesh_.twin(across);
+            if (is_feature(across) || mesh_.twin(h) < 0) return false;
+            t = mesh_.twin(h) / 3;
+            if (t == next_side / 3) break;
+            const Triangle corners = mesh_.triangle(t);
+            const int beyond = *std::find_if(corners.begin(), corners.end(), [&](int w) { return w != v && w != apex; });
+            if (!is_feature(mesh_.find_edge(apex, beyond))) return false;
+            apex = beyond;
+        }
+        return mesh_.apex(next_side) == apex;
     }
 
     // Creases that hang together, by their doubled sides, and what it costs to do without them.
@@ -360,6 +382,13 @@ class Finder {
         int steps = 0;      // where what is left of the crease would begin a short step beside the other
         double weight = 0;  // turns times lengths
     };
+
+    // Calls use(edge, end) for the edges from the other feature to both ends of a doubled side.
+    template <class Use>
+    void for_each_step(int side, const Use& use) const {
+        use(Connectivity::next(side), mesh_.target(side));
+        use(Connectivity::prev(side), mesh_.origin(side));
+    }
 
     std::vector<Run> doubled_runs(const std::vector<char>& stays) const {
         std::vector<Run> runs;
@@ -371,22 +400,26 @@ class Finder {
             Run run{.sides = {*first}};
             std::vector<int> ends;
             for (int at : {mesh_.origin(h), mesh_.target(h)}) {
-                while (degree_[at] == 2) {
-                    const auto [following, beyond] = follow(at, [&](int e) { return is_feature(e) && !seen[e] && doubled_side(e, stays); });
+                for (int last = *first; degree_[at] == 2;) {
+                    const auto goes_on = [&, at](int e) {
+                        const auto side = seen[e] ? std::nullopt : doubled_side(e, stays);
+                        return side && goes_on_beside(last, at, *side);
+                    };
+                    const auto [following, beyond] = follow(at, goes_on);
                     if (following < 0) break;
                     seen[following] = 1;
-                    run.sides.push_back(*doubled_side(following, stays));
+                    last = *doubled_side(following, stays);
+                    run.sides.push_back(last);
                     at = beyond;
                 }
                 ends.push_back(at);
             }
             for (const int side : run.sides) {
                 run.weight += turn_of(side) * length(side);
-                for (const int to_end : {Connectivity::next(side), Connectivity::prev(side)}) {
-                    const int end = to_end == Connectivity::next(side) ? mesh_.target(side) : mesh_.origin(side);
-                    const bool goes_on = degree_[end] == 2 && std::find(ends.begin(), ends.end(), end) != ends.end();
-                    run.steps += goes_on && !is_feature(to_end) && length(to_end) < kRelief * options_.scale;
-                }
+                for_each_step(side, [&](int step, int end) {
+                    const bool is_end = degree_[end] == 2 && std::find(ends.begin(), ends.end(), end) != ends.end();
+                    run.steps += is_end && !is_feature(step) && length(step) < kRelief * options_.scale;
+                });
             }
             runs.push_back(std::move(run));
         }
@@ -404,14 +437,21 @@ class Finder {
             for (const Run& run : doubled_runs(stays)) {
                 const auto is_doubled = [&](int side) { return doubled_side(edge_of(mesh_, side), stays) == side; };
                 if (!std::all_of(run.sides.begin(), run.sides.end(), is_doubled)) continue;
-                any = true;
                 for (const int side : run.sides) drop(edge_of(mesh_, side));
+                if (!std::all_of(run.sides.begin(), run.sides.end(), [&](int side) { return degree_[mesh_.apex(side)] > 0; })) {
+                    for (const int side : run.sides) mark_crease(edge_of(mesh_, side));
+                    continue;
+                }
+                any = true;
                 for (const int side : run.sides) {
                     for (const int v : mesh_.triangle(side / 3)) stays[v] = 1;
-                    for (const int to_end : {Connectivity::next(side), Connectivity::prev(side)}) {
-                        const int end = to_end == Connectivity::next(side) ? mesh_.target(side) : mesh_.origin(side);
-                        if (degree_[end] == 1 && !is_feature(to_end)) add(edge_of(mesh_, to_end));
-                    }
+                    for_each_step(side, [&](int step, int end) {
+                        if (degree_[end] != 1) return;
+                        const int edge = edge_of(mesh_, step), apex = mesh_.apex(side), other = end == mesh_.target(side) ? mesh_.origin(side) : mesh_.target(side);
+                        if (!is_feature(edge)) mark_crease(edge);
+                        // The last that is left of what went.
+                        else if (kind_[edge] == Kind::Crease && along(apex, end).dot(along(end, other)) > kContinues) drop(edge);
+                    });
                 }
             }
         }

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <tbb/blocked_range.h>
@@ -30,12 +31,14 @@ struct Corner {
 struct Found {
     double largest = 0, bound = 0;
     Vector3d point{0, 0, 0};
-    int nearest = -1;
+    int nearest = -1, last = -1;
     Witnesses* witnesses = nullptr;  // takes the triangles of the target that are held against, unless null
+    bool asks_whether = false;       // nothing more is asked than whether the limit is kept
 
     void hold_against(int triangle, double farthest) {
         bound = std::max(bound, farthest);
-        if (witnesses) witnesses->add(triangle);
+        if (witnesses && triangle != last) witnesses->add(triangle);
+        last = triangle;
     }
     void attain(const Corner& c) {
         if (c.hit.distance > largest || nearest < 0) largest = c.hit.distance, point = c.p, nearest = c.hit.triangle;
@@ -107,6 +110,7 @@ class DistanceSearch {
         for (const Vector3d* x : {&a, &b, &c}) whole.add(*x);
         Found found;
         found.witnesses = &witnesses;
+        found.asks_whether = true;
         int pieces = 0;
         witnesses.proved = cut_down(whole, start, -1, 0, pieces, [&](const Polygon& piece, int t, double farthest) {
             if (farthest <= options_.limit) found.hold_against(t, farthest);
@@ -209,6 +213,7 @@ class DistanceSearch {
             if (const double d = distance_to(triangle, piece.corner[i]); d > bound) bound = d, farthest = piece.corner[i];
         if (!good_enough(bound, found)) {
             found.attain(look(farthest, triangle));
+            if (is_settled(found)) return;
             if (!good_enough(bound, found)) {
                 const Corner first = look(piece.corner[0], triangle);
                 for (int i = 1; i + 1 < piece.size; ++i) halve(first, look(piece.corner[i], triangle), look(piece.corner[i + 1], triangle), 0, found);
@@ -218,8 +223,16 @@ class DistanceSearch {
         found.hold_against(triangle, bound);
     }
 
+    // Whether there is no need to look on: the limit is not kept.
+    bool is_settled(Found& found) const {
+        if (!found.asks_whether || found.largest <= options_.limit) return false;
+        found.bound = std::max(found.bound, found.largest);
+        return true;
+    }
+
     void halve(const Corner& a, const Corner& b, const Corner& c, int depth, Found& found) const {
         for (const Corner* x : {&a, &b, &c}) found.attain(*x);
+        if (is_settled(found)) return;
         double bound = std::numeric_limits<double>::infinity();
         int triangle = a.hit.triangle;  // of the target, the closest to the three
         const auto try_that_of = [&](const Corner& x) {
@@ -361,7 +374,9 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
             if (witnesses) witnesses->clear();
             found[i].witnesses = witnesses;
             search.measure(corners[corner_of[a]], corners[corner_of[b]], corners[corner_of[c]], found[i]);
-            if (witnesses) witnesses->proved = found[i].bound <= options.limit;
+            if (!witnesses) continue;
+            if (found[i].bound <= options.limit) witnesses->proved = true;
+            else *witnesses = {};
         }
     });
     for (std::size_t i = 0; i < found.size(); ++i) {

@@ -40,7 +40,7 @@ constexpr double kSteepest = 0.35;       // least factor: distances far above th
 constexpr double kLeastInDrafts = 0.85;  // largest factors: less of a change is none
 constexpr double kLeast = 0.75;
 constexpr double kPlace = 4;   // width of a place over the chord error
-constexpr double kAtBadPlace = 0.8, kAtPlace = 1.5;  // factor where elements are bad, and how far around, in sizes
+constexpr double kAtPlace = 1.5;  // sizes: how far around a place where elements are bad
 // Of the length of frozen edges, and slope from there, down to which sizes go: edges of half that length still count as unit beside them.
 constexpr double kLeastHeld = 0.6;
 constexpr double kSameSize = 1e-6;  // relative: sizes that are not lowered by more are as they were
@@ -126,17 +126,18 @@ class ChordErrorCheck : public MeshChecks {
         return stage == MeshStage::Draft ? after_draft(mesh) : after_final(mesh, in_vain);
     }
 
-    Sizes sizes_below(const SurfaceMesh& mesh, std::span<const Vector3d> places) override {
+    Sizes sizes_below(const SurfaceMesh& mesh, std::span<const Vector3d> places, double factor) override {
         std::vector<double> sizes = mesh.sizes;
         bool any = false;
         for (std::size_t v = 0; v < sizes.size(); ++v) {
             const auto is_near = [&](const Vector3d& p) { return (p - mesh.points[v]).norm() < kAtPlace * mesh.sizes[v]; };
             if (std::none_of(places.begin(), places.end(), is_near) || sizes[v] <= options_.hmin) continue;
-            sizes[v] = std::max(kAtBadPlace * sizes[v], options_.hmin);
+            sizes[v] = std::max(factor * sizes[v], options_.hmin);
             any = true;
         }
         if (!any || made_.lowerings == kMostLowerings) return std::nullopt;
         before_ = {made_.map, made_.lowerings};
+        progress_ = {};
         return go_on_with(mesh, std::move(sizes));
     }
 

@@ -341,15 +341,15 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 const double now = standing_of(t);
                 if (now >= goal) continue;
                 const Triangle corners = mesh.triangle(t);
-                const int depth = (now < goal - kFarBelow) + (now < goal - kVeryBad);
+                const auto depth_at = [&](double at) { return (at < goal - kFarBelow) + (at < goal - kVeryBad); };
                 if (const auto tried = hopeless.find(corners);
-                    tried != hopeless.end() && tried->second.depth >= depth && std::abs(tried->second.standing - now) < kSameQuality)
+                    tried != hopeless.end() && tried->second.depth >= depth_at(now) && std::abs(tried->second.standing - now) < kSameQuality)
                     continue;
                 const bool moved = editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
                 if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_last_resorts(t))
                     ++kept_now;
                 else
-                    hopeless[corners] = {standing_of(t), depth};
+                    hopeless[corners] = {standing_of(t), depth_at(standing_of(t))};
             }
             if (kept_now == 0) break;
         }

@@ -28,7 +28,9 @@ constexpr double kUnsplit = 2.5;     // metric length of edges that were to be s
 constexpr double kAround = 3;        // sizes
 constexpr double kSamePlace = 0.25;  // sizes: what was broken and moved is broken as before
 constexpr int kMostAttempts = 3;     // to lower sizes, and to polish
-constexpr int kMostRetries = 2;      // of places where elements are bad
+constexpr int kMostRetries = 3, kMostFailures = 2;  // of places where elements are bad
+constexpr double kSmaller = 0.8;     // factor of the sizes there, each time one led to nothing better
+constexpr std::size_t kMostBadPlaces = 100;
 constexpr double kAroundBad = 8;     // sizes: how far from there it is polished again
 // Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than they are worth.
 constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.82;
@@ -113,7 +115,7 @@ std::pair<Vector3d, Vector3d> TriangleSupport::farthest_apart(const Vector3d& no
         Vector3d farthest = n;
         double least = 1;
         for (const Near& near : near_)
-            if (const double cosine = near.normal.dot(n); cosine < least) least = cosine, farthest = near.normal;
+            if (const double cosine = near.normal.dot(n); cosine < least && !near.normal.isZero()) least = cosine, farthest = near.normal;
         return farthest;
     };
     const Vector3d one = farthest_from(normal);
@@ -147,7 +149,7 @@ Foot TriangleSupport::foot(const Place& place) const {
         list_near(foot);
         if (near_.size() == 2) return foot;
         const auto [a, b] = farthest_apart(foot.normal);
-        between_sides(a, b, foot);
+        if (a.dot(b) < one.dot(other)) between_sides(a, b, foot);
     }
     return foot;
 }
@@ -529,7 +531,7 @@ MeshPart part_around(const Editor& editor, std::span<const int> vertices) {
     return part;
 }
 
-// Elements that are short of what good ones keep, without a cause.
+// Elements that are short of what good ones keep, without a cause; no points where they are all over.
 struct BadPlaces {
     std::vector<Vector3d> points;
     std::size_t elements = 0;
@@ -537,10 +539,11 @@ struct BadPlaces {
 BadPlaces bad_places(const SurfaceMesh& mesh) {
     const KnownFeatures features{.edges = mesh.features};
     const OffenderReport report =
-        find_offenders({mesh.points, mesh.triangles}, {.sizes = mesh.sizes, .features = &features, .required = &mesh.required});
+        find_offenders({mesh.points, mesh.triangles}, {.sizes = mesh.sizes, .features = &features, .required = &mesh.required, .most = kMostBadPlaces + 1});
     BadPlaces places{{}, report.unexplained_quality.count + report.unexplained_angle.count + report.unexplained_edge_ratio.count};
     for (const OffenderGroup& group : report.groups)
         if (group.cause.kind == OffenderCause::Kind::None) places.points.push_back(group.point);
+    if (places.points.size() > kMostBadPlaces) places.points.clear();
     return places;
 }
 
@@ -745,23 +748,36 @@ class Remesher {
 
     // Makes the mesh anew, with smaller sizes, around elements that fall short though nothing forces them to.
     void try_again() {
-        for (int attempt = 1; attempt <= kMostRetries; ++attempt) {
+        double factor = kSmaller;
+        for (int attempt = 1, failures = 0; attempt <= kMostRetries && failures < kMostFailures; ++attempt) {
             const BadPlaces before = bad_places(result_.mesh);
             if (before.points.empty()) return;
-            const auto sizes = checks_->sizes_below(result_.mesh, before.points);
+            const auto sizes = checks_->sizes_below(result_.mesh, before.points, factor);
             if (!sizes) return;
+            const Connectivity connectivity = editor_->mesh();
+            const std::vector<Vertex> vertices = editor_->vertices();
             const SurfaceMesh mesh = result_.mesh;
+            RemeshStatistics statistics = result_.statistics;
             const std::vector<MeshFault> faults = faults_;
-            refine(*sizes);
-            take_mesh();
-            refine_while_at_fault();
-            polish_last(before.points);
-            if (is_as_good(faults_, faults) && bad_places(result_.mesh).elements < before.elements) continue;
+            try {
+                refine(*sizes);
+                take_mesh();
+                refine_while_at_fault();
+                polish_last(before.points);
+                if (is_as_good(faults_, faults) && bad_places(result_.mesh).elements < before.elements) continue;
+            } catch (const std::length_error&) {
+                // More triangles than there may be: then the mesh stays what it was.
+            }
             checks_->take_back();
             result_.mesh = mesh;
+            statistics.seconds = std::move(result_.statistics.seconds);
+            result_.statistics = std::move(statistics);
+            faults_ = faults;
+            start_from(connectivity, vertices, mesh.sizes);
             checks_->faults_of(result_.mesh);
             clock_.done("check");
-            return;
+            ++failures;
+            factor *= kSmaller;
         }
     }
 

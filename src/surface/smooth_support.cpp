@@ -15,7 +15,7 @@ constexpr double kSteepest = 0.5;  // cosine of the angle between an edge and it
 
 constexpr double kNormalCosine = 0.87;  // normals of vertices count as far as 30 degrees from the facet's
 constexpr double kInnerReach = 0.15;  // over the shortest edge
-constexpr double kOfWidth = 0.25;  // of a facet's height over an edge, that the curve of the edge may rise
+constexpr double kRiseOverWidth = 0.25;  // of the curve of an edge, over the width of the narrower facet beside it
 constexpr double kInnerBulge = 1.5;  // of an inner control point: a round one has about twice the height of the edges' middles
 
 // Weight of a corner that is exact for spheres, times its normal [Max 1999].
@@ -183,7 +183,7 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
     Vector3d from = handle(ta), to = handle(tb);
     // The middle of the cubic lies 3/8 of the difference of the handles off the chord, a bend either way .29 of one of them.
     const double bulge = std::max({0.375 * without(from - to, along).norm(), 0.29 * without(from, along).norm(), 0.29 * without(to, along).norm()});
-    const double most = std::min(options_.largest_bulge, kOfWidth * width_beside(h));
+    const double most = std::min(options_.largest_bulge, kRiseOverWidth * width_beside(h));
     if (bulge > most) {
         const double share = most / bulge;
         const auto flatten = [&](const Vector3d& v) { return Vector3d(v.dot(along) * along + share * without(v, along)); };

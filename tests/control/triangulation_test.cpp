@@ -93,6 +93,26 @@ TEST_CASE("a curve between corners asks for elements no longer than it is", "[ex
     CHECK(smallest(unbounded) > 0.1);
 }
 
+TEST_CASE("a rim with one corner asks for no more than one without", "[exact]") {
+    // A disc, as a fan.
+    const int sides = 32;
+    TriangleSoup disc;
+    disc.points.emplace_back(0, 0, 0);
+    for (int i = 0; i < sides; ++i) {
+        disc.points.emplace_back(std::cos(2 * std::numbers::pi * i / sides), std::sin(2 * std::numbers::pi * i / sides), 0);
+        disc.triangles.push_back({0, 1 + i, 1 + (i + 1) % sides});
+    }
+    const SizingRule rule{.value = 0.05, .hmin = 0, .hmax = 0.5};
+    const auto smallest = [&] {
+        const std::vector<double> sizes = geometric_sizes(Triangulation(disc), rule);
+        return *std::min_element(sizes.begin(), sizes.end());
+    };
+    const double without = smallest();
+    disc.corners = {1};
+    CHECK(smallest() == Approx(without).epsilon(0.01));
+    CHECK(without > 0.04);
+}
+
 TEST_CASE("a background of given sizes has them, and one of too many triangles stops", "[exact]") {
     const Triangulation surface(triangulations::soup(triangulations::capped_cylinder(16, 2)));
     std::vector<double> sizes(surface.soup().points.size());

@@ -409,18 +409,19 @@ TEST_CASE("a fault of a mesh is mended at its place alone", "[property]") {
 
 namespace {
 
-// Lowers sizes where that is asked for, if it is to, and lets no element be polished.
+// Lowers sizes by a factor where that is asked for, if that is below 1, and lets no element be polished.
 class Retrying : public Unyielding {
   public:
-    explicit Retrying(bool lowers) : lowers_(lowers) {}
-    std::optional<std::vector<double>> sizes_below(const SurfaceMesh& mesh, std::span<const Vector3d> places) override {
+    explicit Retrying(double factor) : factor_(factor) {}
+    std::optional<std::vector<double>> sizes_below(const SurfaceMesh& mesh, std::span<const Vector3d> places, double factor) override {
         CHECK_FALSE(places.empty());
         ++asked_below;
-        if (!lowers_) return std::nullopt;
+        CHECK(factor < 1);
+        if (factor_ == 1) return std::nullopt;
         std::vector<double> sizes = mesh.sizes;
         for (std::size_t v = 0; v < sizes.size(); ++v)
             for (const Vector3d& p : places)
-                if ((mesh.points[v] - p).norm() < 1.5 * mesh.sizes[v]) sizes[v] = 0.8 * mesh.sizes[v];
+                if ((mesh.points[v] - p).norm() < 1.5 * mesh.sizes[v]) sizes[v] = std::min(factor, factor_) * mesh.sizes[v];
         return sizes;
     }
     void take_back() override { ++taken_back; }
@@ -433,7 +434,7 @@ class Retrying : public Unyielding {
     SurfaceMesh checked_last;
 
   private:
-    bool lowers_;
+    double factor_;
 };
 
 std::size_t short_of_limits(const MeshReport& report) {
@@ -449,17 +450,31 @@ TEST_CASE("where elements are bad without a cause another mesh is tried, and tak
     const testing::Mesh sphere = triangulations::sphere(3);
     const Triangulation surface(triangulations::soup(triangulations::noisy(sphere, 0.5 * triangulations::mean_edge(sphere), seed)), kUnfeatured);
     const RemeshOptions careless{.goal = 0.1};
-    Retrying content(false), retrying(true);
+    Retrying content(1), retrying(0.8);
     const Remeshed first = remeshed(surface, uniform(0.15), careless, &content), second = remeshed(surface, uniform(0.15), careless, &retrying);
     REQUIRE(short_of_limits(first.after) > 0);
     CHECK(content.asked_below == 1);
     CHECK(retrying.asked_below >= 1);
     check_topology_kept(second);
-    CHECK(retrying.taken_back <= 1);
+    CHECK(retrying.taken_back <= 2);
     // What is returned is what was checked last.
     CHECK(sorted_points(second.result.mesh) == sorted_points(retrying.checked_last));
-    if (retrying.taken_back == 1 && retrying.asked_below == 1) CHECK(sorted_points(second.result.mesh) == sorted_points(first.result.mesh));
+    if (retrying.taken_back == retrying.asked_below) CHECK(sorted_points(second.result.mesh) == sorted_points(first.result.mesh));
     else CHECK(short_of_limits(second.after) < short_of_limits(first.after));
+}
+
+TEST_CASE("a mesh stays what it is where another one would have more triangles than there may be", "[property]") {
+    const testing::Mesh sphere = triangulations::sphere(3);
+    const Triangulation surface(triangulations::soup(triangulations::noisy(sphere, 0.5 * triangulations::mean_edge(sphere), 1)), kUnfeatured);
+    RemeshOptions careless{.goal = 0.1};
+    Retrying content(1), retrying(0.3);
+    const Remeshed first = remeshed(surface, uniform(0.15), careless, &content);
+    careless.max_triangles = first.result.statistics.predicted_triangles * 1.0001;
+    const Remeshed second = remeshed(surface, uniform(0.15), careless, &retrying);
+    CHECK(retrying.asked_below == 2);
+    CHECK(retrying.taken_back == 2);
+    CHECK(sorted_points(second.result.mesh) == sorted_points(first.result.mesh));
+    CHECK(second.result.statistics.predicted_triangles == first.result.statistics.predicted_triangles);
 }
 
 TEST_CASE("sizes far below coarse, uneven facets that are no features leave no needles", "[property]") {

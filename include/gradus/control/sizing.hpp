@@ -34,8 +34,9 @@ struct SizingRule {
     std::vector<At> at = {};
 
     // -- On triangulations only, see control/clearance.hpp --
-    /// Largest size over the distance between features that face each other; 0: unbounded. A row of triangles between two lines has
-    /// area-length .97 where its edges along them are 1.5 times the distance, .87 at twice, .53 at four times.
+    /// Largest size over the distance between features that face each other, and on curves between corners over their length; 0:
+    /// unbounded. A row of triangles between two lines has area-length .97 where its edges along them are 1.5 times the distance, .87 at
+    /// twice, .53 at four times.
     double feature_clearance = 1.5;
     double sheet_clearance = 0;  ///< largest size over the distance to the opposite sheet, through material or void; 0: unbounded
 

@@ -20,7 +20,7 @@ struct FeatureOptions {
     double shortest_tree = 0.05;
     /// Creases that rise less than about a seventh of this length, over this length to both sides, are none, and jags of feature curves that
     /// rise more than this length over the line between their neighbours are corners. Of two creases less than about a seventh of it apart,
-    /// beside facets that are longer than that, one counts. 0: all creases count, and no jags.
+    /// with facets between that are three times as long as they are wide, one counts. 0: all creases count, and no jags.
     double scale = 0;
     double corner_angle = 0.785;  ///< turn of a feature curve from which its vertex is a corner, radians: 45 degrees
 };

@@ -64,7 +64,7 @@ class DistanceTarget {
     /// The distance to one triangle is convex: over a convex piece of the surface it is largest at a corner. So each triangle is cut
     /// along the planes between the target's triangles under it, and each piece is held against one of them; where that says too
     /// little, it is cut on and held against the closest ones. Parallel; the same for any number of threads.
-    /// With a limit and near triangles known, those that keep it are found without any search.
+    /// With a limit and near triangles known, those that keep it are mostly found without any search.
     OneSidedDistance measure_from(const MeshView& from, const OneSidedOptions& options = {}) const;
 
     /// Triangles of a surface of which the middle, or that of a side, is farther than a limit: fast, and no proof. Parallel.

@@ -29,7 +29,8 @@ struct GregoryPatch {
 class SmoothSupport {
   public:
     struct Options {
-        /// The middle of an edge curve stays this near to the edge, and a patch as near to its facet, about: unit of length.
+        /// The middle of an edge curve stays this near to the edge, and a patch as near to its facet, about: unit of length. No curve rises
+        /// more than a quarter of the width of the facets beside it either, about: on needles the surface would fold.
         double largest_bulge = std::numeric_limits<double>::infinity();
     };
     /// @param mesh     its half-edges tagged with the chain they belong to, or -1; must outlive this, as `points` and `wedges` must
