@@ -31,12 +31,19 @@ std::string extensions_of(FileKind kind) {
             return ".sol .solb";
         case FileKind::SizeView:
             return ".pos";
+        case FileKind::SizedMesh:
+            return ".msh .vtu .ply";
         case FileKind::Report:
             return ".html .json";
         case FileKind::Unknown:
             break;
     }
     return "";
+}
+
+bool is_of(const std::string& path, FileKind kind) {
+    const std::string extension = extension_of(path);
+    return !extension.empty() && (extensions_of(kind) + " ").find(extension + " ") != std::string::npos;
 }
 
 void check_folder(const std::string& path, const fs::path& folder) {
@@ -57,11 +64,9 @@ std::string extension_of(const std::string& path) {
 }
 
 FileKind kind_of(const std::string& path) {
-    const std::string extension = extension_of(path) + " ";
-    if (extension == " ") return FileKind::Unknown;
     for (const FileKind kind :
          {FileKind::Patches, FileKind::Mesh, FileKind::ReadMesh, FileKind::Sizes, FileKind::SizeView, FileKind::Report})
-        if ((extensions_of(kind) + " ").find(extension) != std::string::npos) return kind;
+        if (is_of(path, kind)) return kind;
     return FileKind::Unknown;
 }
 
@@ -71,7 +76,7 @@ std::string with_extension(const std::string& path, const std::string& extension
 
 void check_output(const std::string& path, const std::vector<FileKind>& kinds) {
     if (path.empty()) throw UsageError("an output has no name");
-    if (std::find(kinds.begin(), kinds.end(), kind_of(path)) == kinds.end()) {
+    if (std::none_of(kinds.begin(), kinds.end(), [&](FileKind kind) { return is_of(path, kind); })) {
         std::string known;
         for (const FileKind kind : kinds) known.append(" ").append(extensions_of(kind));
         throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; use one of" + known);
@@ -150,8 +155,13 @@ Background load_background(const std::string& path, const PatchModel& model) {
     }
 }
 
+bool holds_mesh(const std::string& size_map) { return is_of(size_map, FileKind::SizedMesh); }
+
 void write_size_map(const std::string& path, const TriangleSoup& soup, const std::vector<double>& sizes) {
-    if (kind_of(path) == FileKind::SizeView) write_size_view(path, soup, sizes);
+    const std::string extension = extension_of(path);
+    if (extension == ".pos" || extension == ".msh") write_size_view(path, soup, sizes);
+    else if (extension == ".vtu") write_mesh_data(path, {.soup = soup, .point_fields = {{.name = "size", .components = 1, .values = sizes}}});
+    else if (extension == ".ply") write_coloured_ply(path, soup.points, soup.triangles, sizes, {.scale = Scale::Logarithmic});
     else write_sizes(path, sizes);
 }
 

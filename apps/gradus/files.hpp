@@ -16,6 +16,7 @@ enum class FileKind {
     ReadMesh,  ///< .vtp, only read
     Sizes,     ///< .sol .solb
     SizeView,  ///< .pos, only written
+    SizedMesh, ///< .msh .vtu .ply, a mesh that holds sizes: only written, and a Mesh by its name
     Report,    ///< .html .json, only written
     Unknown
 };
@@ -47,7 +48,10 @@ std::string text_of(const std::string& path, const Repaired& repaired);
 TriMesh manifold_of(const std::string& path, const TriangleSoup& soup);
 /// The background with places on the patches. @throws Failure naming the file
 Background load_background(const std::string& path, const PatchModel& model);
-/// Sizes on the vertices of a mesh, in the format of the extension: .sol .solb .pos
+/// Of FileKind::SizedMesh. By extension.
+bool holds_mesh(const std::string& size_map);
+/// Sizes on the vertices of a mesh, in the format of the extension: .sol .solb, .pos and .msh as Gmsh takes them for a background, .vtu with a
+/// point field `size`, .ply with the same and colours.
 void write_size_map(const std::string& path, const TriangleSoup& soup, const std::vector<double>& sizes);
 /// Where the background mesh of a size map is, unless it is named: beside it.
 std::string background_beside(const std::string& sizes);

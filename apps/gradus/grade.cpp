@@ -38,7 +38,7 @@ std::string proof_line(const Proof& proof) {
 
 int run_grade(const Options& options) {
     const GradationOptions gradation = *gradation_of(options.gradation, std::nullopt);
-    check_output(options.out, {FileKind::Sizes, FileKind::SizeView});
+    check_output(options.out, {FileKind::Sizes, FileKind::SizeView, FileKind::SizedMesh});
     Stages stages(options.session);
     const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
     const TriMesh mesh = manifold_of(options.mesh, soup);
@@ -70,7 +70,7 @@ void add_grade(CLI::App& app, Run& run) {
     command.add_option("BG", options->mesh, "Triangle mesh that carries the sizes: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp")
         ->required();
     command.add_option("--size", options->sizes, "One size per vertex of BG")->required()->type_name("MAP.sol");
-    command.add_option("-o,--output", options->out, "Graded sizes; may be MAP.sol itself; .pos for Gmsh")->required()->type_name("OUT.sol");
+    command.add_option("-o,--output", options->out, "Graded sizes; may be MAP.sol itself; .pos or .msh for Gmsh, .vtu, .ply with colours")->required()->type_name("OUT.sol");
     add_gradation(command, options->gradation, GradationNeeded::Yes);
     add_session(command, options->session);
     run_with(command, run, options, run_grade);

@@ -311,6 +311,7 @@ int run_info(const Options& options) {
         case FileKind::Sizes:
             return info_of_sizes(options);
         case FileKind::SizeView:
+        case FileKind::SizedMesh:
         case FileKind::Report:
         case FileKind::Unknown:
             break;

@@ -96,7 +96,7 @@ Mapped map_triangles(const Options& options, const std::string& given, Stages& s
 
 int run_sizemap(const Options& options) {
     check(options.sizing);
-    check_output(options.out, {FileKind::Sizes, FileKind::SizeView});
+    check_output(options.out, {FileKind::Sizes, FileKind::SizeView, FileKind::SizedMesh});
     const bool triangles = is_mesh(options.in);
     if (!triangles) {
         check_for_patches(options.sizing);
@@ -104,7 +104,11 @@ int run_sizemap(const Options& options) {
     }
     const bool given = !options.background.empty() && std::filesystem::exists(options.background);
     const std::string mesh_path = options.background.empty() ? background_beside(options.out) : options.background;
-    if (!given) check_output(mesh_path, {FileKind::Mesh});
+    const bool writes_mesh = !given && !(options.background.empty() && holds_mesh(options.out));
+    if (writes_mesh) {
+        check_output(mesh_path, {FileKind::Mesh});
+        check_distinct({options.out, mesh_path});
+    }
 
     Stages stages(options.session);
     const Mapped map = triangles ? map_triangles(options, given ? mesh_path : "", stages) : map_patches(options, given ? mesh_path : "", stages);
@@ -112,7 +116,7 @@ int run_sizemap(const Options& options) {
     const double predicted = ControlSpace(map.background, map.sizes).predicted_triangles();
     const GradationReport measures = stages.run("measures", [&] { return measure_gradation(map.background.mesh, map.sizes); });
     stages.run("writing", [&] {
-        if (!given) write_mesh(mesh_path, map.soup);
+        if (writes_mesh) write_mesh(mesh_path, map.soup);
         write_size_map(options.out, map.soup, map.sizes);
     });
 
@@ -123,10 +127,10 @@ int run_sizemap(const Options& options) {
     session.say(fmt::format("background: {} vertices, {} triangles, {}\n", grouped(map.sizes.size()), grouped(map.soup.triangles.size()), map.accuracy));
     session.say(fmt::format("H-shock {:.4g} at most, 99.9 % below {:.4g}; H-variation {:.4g} at most\n", measures.shock_max,
                             measures.shock_p999, measures.variation_max));
-    session.say(given ? fmt::format("wrote {}\n", options.out) : fmt::format("wrote {} {}\n", options.out, mesh_path));
+    session.say(writes_mesh ? fmt::format("wrote {} {}\n", options.out, mesh_path) : fmt::format("wrote {}\n", options.out));
 
     Json files{options.out};
-    if (!given) files.push_back(mesh_path);
+    if (writes_mesh) files.push_back(mesh_path);
     Json json = map.json;
     json.update({{"sizing", json_of(map.rule)},
                  {"vertices", map.sizes.size()},
@@ -147,13 +151,13 @@ void add_sizemap(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("sizemap", "Sizes from the curvature of a surface");
     const auto options = std::make_shared<Options>();
     command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez, or a triangle mesh")->required();
-    command.add_option("-o,--output", options->out, "One size per vertex of the background mesh; .pos for Gmsh")
+    command.add_option("-o,--output", options->out, "One size per vertex of the background mesh; .pos or .msh for Gmsh, .vtu, .ply with colours")
         ->required()
         ->type_name("MAP.sol");
     command
         .add_option("--background", options->background,
-                    "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol; for a "
-                    "triangulation IN itself, which shows no sizes that are smaller than its triangles)")
+                    "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol unless that "
+                    "holds it; for a triangulation IN itself, which shows no sizes that are smaller than its triangles)")
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
     add_clearances(command, options->sizing);

@@ -202,6 +202,27 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
         CHECK(read_sizes(folder / "own.sol", in.points.size()).size() == in.points.size());
         CHECK(json::parse(coarse.out)["predicted_triangles"].get<double>() > 1.1 * map["predicted_triangles"].get<double>());
     }
+    SECTION("maps in formats that hold the mesh are the same sizes on the same mesh, and say so alone") {
+        REQUIRE(run(folder, "sizemap in.off -o own.sol -q" + sizing).code == 0);
+        const std::vector<double> own = read_sizes(folder / "own.sol", in.points.size());
+        for (const std::string extension : {"msh", "vtu", "ply"}) {
+            CAPTURE(extension);
+            const Outcome outcome = run(folder, "sizemap in.off --json -o own." + extension + sizing);
+            REQUIRE(outcome.code == 0);
+            CHECK(json::parse(outcome.out)["files"] == json{"own." + extension});
+            REQUIRE(run(folder, "grade own.mesh --size own.sol --shock 100 -q -o graded." + extension).code == 0);
+            for (const std::string& file : {"own." + extension, "graded." + extension}) {
+                const MeshData read = read_mesh_data(folder / file);
+                CHECK(read.soup.triangles == in.triangles);
+                const auto size = std::find_if(read.point_fields.begin(), read.point_fields.end(), [](const Field& f) { return f.name == "size"; });
+                REQUIRE(size != read.point_fields.end());
+                REQUIRE(size->values.size() == own.size());
+                if (file[0] == 'o') CHECK(size->values == own);
+            }
+            CHECK((read_file(folder / ("own." + extension)).find("uchar red") != std::string::npos) == (extension == "ply"));
+        }
+        CHECK(run(folder, "sizemap in.off -o own.stl" + sizing).code == 2);
+    }
     SECTION("a background that exists is kept, and gets the sizes of its places") {
         const std::string before = read_file(folder / "bg.mesh");
         REQUIRE(run(folder, "sizemap in.off -o again.sol --background bg.mesh -q" + sizing).code == 0);
