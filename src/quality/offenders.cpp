@@ -49,11 +49,15 @@ class Causes {
         features_ = options.features ? find_features(points_, mesh_, given_only, *options.features) : find_features(points_, mesh_);
         if (options.required) frozen_ = frozen_elements(points_, mesh_, *options.required);
         find_narrow_wedges();
+        find_tight_corners();
     }
 
     const Connectivity& mesh() const { return mesh_; }
 
-    OffenderCause of_triangle(int t) const { return of(t, kJumpInTriangle); }
+    OffenderCause of_triangle(int t) const {
+        const OffenderCause cause = of(t, kJumpInTriangle);
+        return cause.kind != Kind::None ? cause : of_surroundings(mesh_.triangle(t));
+    }
 
     OffenderCause of_vertex(int v) const {
         OffenderCause cause;
@@ -64,10 +68,35 @@ class Causes {
             for (const int other : {mesh_.target(h), mesh_.apex(h)}) low = std::min(low, sizes_[other]), high = std::max(high, sizes_[other]);
         });
         if (high > options_.limits.edge_ratio * low) cause = {Kind::SizeJump, high / low};
-        return cause;
+        return cause.kind != Kind::None ? cause : of_surroundings(std::array{v});
     }
 
   private:
+    // Two corners that are near each other, and how far around elements have to grow from what is between them to the size.
+    struct Tight {
+        Vector3d point;
+        double reach;
+        OffenderCause cause;
+    };
+
+    void find_tight_corners() {
+        for (int v = 0; v < mesh_.num_vertices(); ++v) {
+            OffenderCause cause;
+            if (features_.corner[v]) heed_near_corners(v, cause);
+            if (cause.kind != Kind::NearCorners) continue;
+            const double size = (sizes_[cause.ids[0]] + sizes_[cause.ids[1]]) / 2;
+            tight_.push_back({points_[v], (1 - cause.value) * size, cause});
+        }
+    }
+
+    OffenderCause of_surroundings(std::span<const int> vertices) const {
+        OffenderCause cause;
+        for (const Tight& tight : tight_)
+            for (const int v : vertices)
+                if ((points_[v] - tight.point).norm() < tight.reach) take_graver(cause, tight.cause);
+        return cause;
+    }
+
     // Kinds come in the order in which they rule.
     static void take_graver(OffenderCause& cause, const OffenderCause& other) {
         if (other.kind == Kind::None) return;
@@ -189,6 +218,7 @@ class Causes {
     Features features_;
     Frozen frozen_;
     Wedges wedges_;
+    std::vector<Tight> tight_;
     std::vector<double> narrow_;  // angle of each wedge that is too narrow, at a corner or a point, degrees, else 0
     std::map<std::array<int, 2>, std::pair<double, int>> narrow_between_;  // angle and vertex, by curves
 };

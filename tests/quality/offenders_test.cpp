@@ -206,6 +206,35 @@ TEST_CASE("a needle is its own fault, unless it is frozen", "[quality]") {
     CHECK(found);
 }
 
+TEST_CASE("elements that grow from between two close corners to the size have these as their cause", "[quality]") {
+    // A sheet of elements of .1 with two corners .001 apart, and a needle that touches neither.
+    const int n = 10;
+    TriangleSoup sheet = triangulations::soup(testing::square(n));
+    const auto at = [&](int i, int j) {
+        return static_cast<int>(std::find_if(sheet.points.begin(), sheet.points.end(),
+                                             [&](const Vector3d& p) { return (p - Vector3d(i / double(n), j / double(n), 0)).norm() < 1e-9; }) -
+                                sheet.points.begin());
+    };
+    const int corner = at(4, 0), other = at(5, 0), above = at(4, 1), beyond = at(4, 2);
+    sheet.points[other].x() = 0.401;
+    sheet.points[above].y() = 0.08;
+    sheet.points[beyond].y() = 0.085;
+    const std::vector<double> sizes(sheet.points.size(), 0.1);
+    const std::array<int, 2> corners{corner, other};
+    const KnownFeatures with{.corners = corners}, without{};
+    std::size_t unexplained = 0;
+    for (const bool known : {true, false}) {
+        const OffenderReport report = find_offenders(view(sheet), {.sizes = sizes, .features = known ? &with : &without});
+        for (const OffenderGroup& g : report.groups)
+            if (g.cause.kind == Kind::NearCorners) CHECK(g.cause.value == Approx(0.01));
+        if (known) unexplained = report.unexplained_angle.count;
+        else CHECK(report.unexplained_angle.count > unexplained + 3);
+    }
+    // Farther off than the size nothing is theirs.
+    sheet.points[at(4, 8)].y() = 0.705;
+    CHECK(find_offenders(view(sheet), {.sizes = sizes, .features = &with}).unexplained_angle.count > unexplained);
+}
+
 TEST_CASE("sizes that jump are a cause", "[quality]") {
     TriangleSoup soup = triangulations::soup(triangulations::graph(
         8, [](double, double) { return 0; }, 0));

@@ -20,7 +20,9 @@ struct OffenderCause {
         /// the vertex
         SharpPoint,
         NarrowCorner,  ///< features meet at less than the smallest angle; value: degrees, ids: the vertex
-        NearCorners,   ///< two corners; value: their distance over the size there, ids: their vertices
+        /// two corners; value: their distance over the size there, ids: their vertices. Also of elements nearer to them than the size less
+        /// that distance: from the one to the other they grow
+        NearCorners,
         NearCurves,    ///< two feature curves; value: their distance over the size there, ids: their numbers, from 0
         SizeJump       ///< sizes of neighbours; value: their ratio
     };
