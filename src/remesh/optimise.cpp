@@ -312,9 +312,10 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         const Triangle v = mesh.triangle(t);
         return options.is_active(v[0]) || options.is_active(v[1]) || options.is_active(v[2]);
     };
-    // Triangles that nothing helped, with their standing then, and how far the search went: not, quickly or thoroughly to last resorts.
+    // Triangles that nothing helped, with their standing and the goal then, and how far the search went: not, quickly or thoroughly to last
+    // resorts.
     struct Tried {
-        double standing;
+        double standing, goal;
         int depth;
     };
     std::map<Triangle, Tried> hopeless;
@@ -343,13 +344,13 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 const Triangle corners = mesh.triangle(t);
                 const auto depth_at = [&](double at) { return (at < goal - kFarBelow) + (at < goal - kVeryBad); };
                 if (const auto tried = hopeless.find(corners);
-                    tried != hopeless.end() && tried->second.depth >= depth_at(now) && std::abs(tried->second.standing - now) < kSameQuality)
+                    tried != hopeless.end() && (tried->second.goal == goal || tried->second.depth >= depth_at(now)) && std::abs(tried->second.standing - now) < kSameQuality)
                     continue;
                 const bool moved = editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
                 if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_last_resorts(t))
                     ++kept_now;
                 else
-                    hopeless[corners] = {standing_of(t), depth_at(standing_of(t))};
+                    hopeless[corners] = {standing_of(t), goal, depth_at(standing_of(t))};
             }
             if (kept_now == 0) break;
         }
