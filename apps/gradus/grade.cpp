@@ -70,7 +70,9 @@ void add_grade(CLI::App& app, Run& run) {
     command.add_option("BG", options->mesh, "Triangle mesh that carries the sizes: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp")
         ->required();
     command.add_option("--size", options->sizes, "One size per vertex of BG")->required()->type_name("MAP.sol");
-    command.add_option("-o,--output", options->out, "Graded sizes; may be MAP.sol itself; .pos or .msh for Gmsh, .vtu, .ply with colours")->required()->type_name("OUT.sol");
+    command.add_option("-o,--output", options->out, "Graded sizes; may be MAP.sol itself; .pos or .msh for Gmsh, .vtu, .ply with colours")
+        ->required()
+        ->type_name("OUT.sol");
     add_gradation(command, options->gradation, GradationNeeded::Yes);
     add_session(command, options->session);
     run_with(command, run, options, run_grade);

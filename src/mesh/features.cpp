@@ -236,7 +236,7 @@ class Finder {
                 }
             double length = 0, turn = 0, beside = 0;
             for (const int e : run) {
-                const double part = (points_[mesh_.target(e)] - points_[mesh_.origin(e)]).norm();
+                const double part = this->length(e);
                 length += part;
                 turn += part * turn_of(e);
                 beside += part * turn_beside({e, mesh_.twin(e)}).value_or(0);
@@ -317,7 +317,7 @@ class Finder {
         }
         edges([&](int h) {
             Network& network = networks[sets.find(mesh_.origin(h))];
-            const double length = (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm();
+            const double length = this->length(h);
             ++network.edges;
             network.length += length;
             network.certain = network.certain || kind_[h] == Kind::Certain;
@@ -349,12 +349,13 @@ class Finder {
         for (const int h : {edge, mesh_.twin(edge)}) {
             const int next = Connectivity::next(h), prev = Connectivity::prev(h);
             // What goes on to the apex, and not beyond to others, is the same curve, unless it turns on the way.
-            const auto goes_on = [&](int following, int a, int v, int b) {
-                return is_feature(following) && degree_[v] == 2 && degree_[b] == 2 && along(a, v).dot(along(v, b)) > kContinues;
+            const auto goes_on = [&](int following, int from, int v, int to) {
+                return is_feature(following) && degree_[v] == 2 && degree_[to] == 2 && along(from, v).dot(along(v, to)) > kContinues;
             };
-            const bool is_own = goes_on(next, mesh_.origin(h), mesh_.target(h), mesh_.apex(h)) || goes_on(prev, mesh_.target(h), mesh_.origin(h), mesh_.apex(h));
+            const int a = mesh_.origin(h), b = mesh_.target(h), apex = mesh_.apex(h);
+            const bool is_own = goes_on(next, a, b, apex) || goes_on(prev, b, a, apex);
             const double width = width_of(h);
-            if (!is_own && degree_[mesh_.apex(h)] > 0 && width < kRelief * options_.scale && width < kSliver * length(h)) return h;
+            if (!is_own && degree_[apex] > 0 && width < kRelief * options_.scale && width < kSliver * length(h)) return h;
         }
         return std::nullopt;
     }
@@ -383,11 +384,11 @@ class Finder {
         double weight = 0;  // turns times lengths
     };
 
-    // Calls use(edge, end) for the edges from the other feature to both ends of a doubled side.
+    // Calls use(half-edge, end, other end) for the edges from the other feature to both ends of a doubled side.
     template <class Use>
     void for_each_step(int side, const Use& use) const {
-        use(Connectivity::next(side), mesh_.target(side));
-        use(Connectivity::prev(side), mesh_.origin(side));
+        use(Connectivity::next(side), mesh_.target(side), mesh_.origin(side));
+        use(Connectivity::prev(side), mesh_.origin(side), mesh_.target(side));
     }
 
     std::vector<Run> doubled_runs(const std::vector<char>& stays) const {
@@ -416,7 +417,7 @@ class Finder {
             }
             for (const int side : run.sides) {
                 run.weight += turn_of(side) * length(side);
-                for_each_step(side, [&](int step, int end) {
+                for_each_step(side, [&](int step, int end, int) {
                     const bool is_end = degree_[end] == 2 && std::find(ends.begin(), ends.end(), end) != ends.end();
                     run.steps += is_end && !is_feature(step) && length(step) < kRelief * options_.scale;
                 });
@@ -445,12 +446,12 @@ class Finder {
                 any = true;
                 for (const int side : run.sides) {
                     for (const int v : mesh_.triangle(side / 3)) stays[v] = 1;
-                    for_each_step(side, [&](int step, int end) {
+                    for_each_step(side, [&](int step, int end, int other) {
                         if (degree_[end] != 1) return;
-                        const int edge = edge_of(mesh_, step), apex = mesh_.apex(side), other = end == mesh_.target(side) ? mesh_.origin(side) : mesh_.target(side);
+                        const int edge = edge_of(mesh_, step);
                         if (!is_feature(edge)) mark_crease(edge);
                         // The last that is left of what went.
-                        else if (kind_[edge] == Kind::Crease && along(apex, end).dot(along(end, other)) > kContinues) drop(edge);
+                        else if (kind_[edge] == Kind::Crease && along(mesh_.apex(side), end).dot(along(end, other)) > kContinues) drop(edge);
                     });
                 }
             }

@@ -135,7 +135,7 @@ class ChordErrorCheck : public MeshChecks {
             sizes[v] = std::max(factor * sizes[v], options_.hmin);
             any = true;
         }
-        if (!any || made_.lowerings == kMostLowerings) return std::nullopt;
+        if (!any) return std::nullopt;
         before_ = {made_.map, made_.lowerings};
         progress_ = {};
         return go_on_with(mesh, std::move(sizes));
@@ -182,14 +182,14 @@ class ChordErrorCheck : public MeshChecks {
     }
 
     Sizes lower_sizes(const SurfaceMesh& mesh, std::span<const TooFar> far, double least, std::span<const Vector3d> in_vain) {
-        if (made_.lowerings == kMostLowerings) return std::nullopt;
         std::vector<double> sizes = mesh.sizes;
         if (!lower_at(mesh, far, least, in_vain, sizes)) return std::nullopt;
         return go_on_with(mesh, std::move(sizes));
     }
 
-    // Sizes that were lowered, graded.
+    // Sizes that were lowered, graded, unless that was done too often.
     Sizes go_on_with(const SurfaceMesh& mesh, std::vector<double> sizes) {
+        if (made_.lowerings == kMostLowerings) return std::nullopt;
         if (options_.gradation) grade_again(mesh, sizes);
         std::vector<double> graded = sizes;
         if (!mesh.required.empty() && !hold_frozen(mesh, sizes)) return std::nullopt;

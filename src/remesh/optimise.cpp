@@ -343,9 +343,10 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 if (now >= goal) continue;
                 const Triangle corners = mesh.triangle(t);
                 const auto depth_at = [&](double at) { return (at < goal - kFarBelow) + (at < goal - kVeryBad); };
-                if (const auto tried = hopeless.find(corners);
-                    tried != hopeless.end() && (tried->second.goal == goal || tried->second.depth >= depth_at(now)) && std::abs(tried->second.standing - now) < kSameQuality)
-                    continue;
+                const auto was_tried = [&](const Tried& tried) {
+                    return (tried.goal == goal || tried.depth >= depth_at(now)) && std::abs(tried.standing - now) < kSameQuality;
+                };
+                if (const auto last = hopeless.find(corners); last != hopeless.end() && was_tried(last->second)) continue;
                 const bool moved = editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
                 if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_last_resorts(t))
                     ++kept_now;

@@ -538,8 +538,8 @@ struct BadPlaces {
 };
 BadPlaces bad_places(const SurfaceMesh& mesh) {
     const KnownFeatures features{.edges = mesh.features};
-    const OffenderReport report =
-        find_offenders({mesh.points, mesh.triangles}, {.sizes = mesh.sizes, .features = &features, .required = &mesh.required, .most = kMostBadPlaces + 1});
+    const OffenderOptions options{.sizes = mesh.sizes, .features = &features, .required = &mesh.required, .most = kMostBadPlaces + 1};
+    const OffenderReport report = find_offenders({mesh.points, mesh.triangles}, options);
     BadPlaces places{{}, report.unexplained_quality.count + report.unexplained_angle.count + report.unexplained_edge_ratio.count};
     for (const OffenderGroup& group : report.groups)
         if (group.cause.kind == OffenderCause::Kind::None) places.points.push_back(group.point);
