@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <tuple>
 
 #include "commands.hpp"
 #include "fields.hpp"
@@ -39,6 +40,8 @@ struct Options {
 };
 
 constexpr double kDefaultShock = 1.5;
+constexpr int kMostAttempts = 3;          // to keep the chord error with more features
+constexpr std::size_t kMostFaults = 20'000;  // where there are more it is not for want of features
 constexpr std::size_t kPlacesTold = 5;  // of offenders; reports list more
 
 // A mesh with what is known of how it came about.
@@ -140,7 +143,7 @@ Made mesh_patches(const Options& options, const std::optional<GradationOptions>&
 
 Made mesh_triangles(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
     OrderedTriangulation ordered = stages.run("reading", [&] { return load_ordered(options.in, options.surface, options.sizing, options.session); });
-    const std::shared_ptr<const Triangulation> surface = std::move(ordered.surface);
+    std::shared_ptr<const Triangulation> surface = std::move(ordered.surface);
     GivenSizes given;
     if (!options.sizes.empty()) {
         given = stages.run("size map", [&] { return read_given_sizes(options.sizes, options.background, *surface); });
@@ -155,8 +158,24 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     });
     ordered = {};
     const SizingRule rule = rule_of(options.sizing, limits_for(surface->diagonal()));
-    const auto mesh = std::make_shared<const TriangulatedMesh>(
-        mesh_triangulation(*surface, rule, given, gradation, remesh_options(options), options.sizing.hmin.has_value(), stages));
+    const auto mesh_it = [&](const Triangulation& triangles) {
+        return std::make_shared<const TriangulatedMesh>(
+            mesh_triangulation(triangles, rule, given, gradation, remesh_options(options), options.sizing.hmin.has_value(), stages));
+    };
+    auto mesh = mesh_it(*surface);
+    const auto features_before = std::ssize(surface->features().edges());
+    // Folds that were taken for noise, or for coarse rounds, may have to be features after all.
+    auto last = std::pair(surface, mesh);
+    std::vector<Eigen::Vector3d> faults;
+    for (int attempt = 1; !last.second->kept && attempt <= kMostAttempts; ++attempt) {
+        faults.insert(faults.end(), last.second->faults.begin(), last.second->faults.end());
+        if (faults.size() > kMostFaults) break;
+        last.first = stages.run("features", [&] { return with_features_at(faults, options.in, *last.first, options.surface, options.sizing); });
+        if (!last.first) break;
+        last.second = mesh_it(*last.first);
+        if (last.second->deviation.bound() < mesh->deviation.bound()) std::tie(surface, mesh) = last;
+    }
+    const auto features_added = std::ssize(surface->features().edges()) - features_before;
     const auto carried =
         std::make_shared<const Fields>(stages.run("fields", [&] { return carry(*surface, fields, mesh->result.mesh, options.out); }));
     Made made;
@@ -165,10 +184,13 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     made.background_vertices = mesh->background_vertices;
     made.gradation = mesh->gradation;
     made.surface = text_of(options.in, *surface);
-    made.note = text_of(mesh->result.mesh.required, options.out) + text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
+    if (features_added != 0)
+        made.note = fmt::format("features: {} edges more than their angles ask for, to keep the chord error\n", grouped(static_cast<long long>(features_added)));
+    made.note += text_of(mesh->result.mesh.required, options.out) + text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
     made.met = mesh->kept;
     made.json = json_of(*surface);
     made.json.update(json_of(*mesh));
+    made.json["features_added"] = features_added;
     made.json["fields"] = json_of(fields, options.out);
     made.measure = [=] { return measure_surface_mesh(*mesh); };
     made.write = [=](const std::string& path) {

@@ -46,7 +46,10 @@ Stages::Running::Running(Stages& owner, const std::string& name) : stages(owner)
 }
 
 Stages::Running::~Running() {
-    stages.times_.push_back({stages.name_, std::chrono::duration<double>(Clock::now() - start).count()});
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const auto same = std::find_if(stages.times_.begin(), stages.times_.end(), [&](const StageTime& time) { return time.name == stages.name_; });
+    if (same != stages.times_.end()) same->seconds += seconds;
+    else stages.times_.push_back({stages.name_, seconds});
     if (stages.shows_) std::fputs("\r\033[K", stderr);
 }
 

@@ -48,7 +48,7 @@ class Stages {
     Stages(const Stages&) = delete;
     Stages& operator=(const Stages&) = delete;
 
-    /// Runs a stage. @returns what it returns
+    /// Runs a stage, or goes on with one of that name. @returns what it returns
     template <class Work>
     auto run(const std::string& name, Work&& work) {
         const Running running(*this, name);

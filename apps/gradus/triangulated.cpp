@@ -18,7 +18,8 @@ namespace gradus::app {
 
 namespace {
 
-constexpr double kFinest = 0.1;  // of the default hmin, down to which sizes go to keep a chord error
+constexpr double kFinest = 0.1;     // of the default hmin, down to which sizes go to keep a chord error
+constexpr double kNearFaults = 3;   // chord errors
 
 template <class Item>
 void append(std::vector<Item>& to, const std::vector<Item>& items) {
@@ -85,7 +86,9 @@ TriangleSoup load_soup(const std::string& path, const TriangulationChoice& choic
     return soup;
 }
 
-std::unique_ptr<Triangulation> triangulation_of(const std::string& path, TriangleSoup soup, const TriangulationChoice& choice, const SizingOptions& sizing) {
+// @param places  near which all folds are features
+std::unique_ptr<Triangulation> triangulation_of(const std::string& path, TriangleSoup soup, const TriangulationChoice& choice, const SizingOptions& sizing,
+                                                std::span<const Eigen::Vector3d> places = {}) {
     TriangulationOptions options;
     options.features.angle = choice.feature_angle * std::numbers::pi / 180;
     options.features.weak_angle = std::min(options.features.weak_angle, 0.6 * options.features.angle);
@@ -93,6 +96,8 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
     options.label_borders = !choice.no_label_borders;
     if (sizing.chord_error) {
         options.features.scale = *sizing.chord_error;
+        options.features.places.assign(places.begin(), places.end());
+        options.features.reach = kNearFaults * *sizing.chord_error;
         // Curvatures that ask for elements larger than any allowed need no precision.
         Eigen::AlignedBox3d box;
         for (const Eigen::Vector3d& p : soup.points) box.extend(p);
@@ -170,7 +175,17 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     mesh.deviation = made.deviation;
     mesh.refinements = made.lowerings;
     mesh.kept = made.kept;
+    mesh.faults = std::move(made.faults);
     return mesh;
+}
+
+std::unique_ptr<Triangulation> with_features_at(std::span<const Eigen::Vector3d> places, const std::string& path, const Triangulation& surface,
+                                                const TriangulationChoice& choice, const SizingOptions& sizing) {
+    auto more = triangulation_of(path, surface.soup(), choice, sizing, places);
+    const auto number = [](const Features& features) {
+        return std::pair(features.edges().size(), std::count(features.corner.begin(), features.corner.end(), 1));
+    };
+    return number(more->features()) == number(surface.features()) ? nullptr : std::move(more);
 }
 
 std::string text_of(const std::string& path, const Triangulation& surface) {

@@ -42,6 +42,7 @@ struct TriangulatedMesh {
     int refinements = 0;                 ///< how often sizes were lowered where the chord error was not kept
     std::optional<double> chord_error;   ///< asked for
     bool kept = true;                    ///< the chord error, where one was asked for
+    std::vector<Eigen::Vector3d> faults; ///< places of the triangulation where it is not kept, or was not for long
 };
 
 /// Sizes instead of those by a rule.
@@ -57,6 +58,10 @@ GivenSizes read_given_sizes(const std::string& sizes, const std::string& backgro
 /// @param given  in place of the rule's, where there are any
 TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRule& rule, const GivenSizes& given,
                                     const std::optional<GradationOptions>& gradation, const RemeshOptions& options, bool hmin_given, Stages& stages);
+
+/// The triangulation again, with all folds near some places as features; null where it has no more features so.
+std::unique_ptr<Triangulation> with_features_at(std::span<const Eigen::Vector3d> places, const std::string& path, const Triangulation& surface,
+                                                const TriangulationChoice& choice, const SizingOptions& sizing);
 
 /// "bunny.off: 75 408 triangles ..., diagonal 1.6; 3 feature curves, 4 corners"
 std::string text_of(const std::string& path, const Triangulation& surface);

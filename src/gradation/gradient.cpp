@@ -16,6 +16,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// What the result may exceed the bound by, and what triggers a correction: half of it, so that both can be met.
 constexpr double kTolerance = 1e-9;
+// Between needles corrections may go back and forth in ever smaller steps: a triangle that came back this often is made flatter than it
+// has to be, by four times as much each time, and at most by this share of the bound.
+constexpr int kPatience = 4;
+constexpr double kMostSlack = 0.1;
 
 /// Raising a size by less than this share of it is not worth a look at its neighbours; nor are more sweeps.
 constexpr double kRaise = 1e-4;
@@ -157,10 +161,10 @@ class GradientLimiter {
     double rounding(int t) const;
     bool too_steep(int t) const { return steepness(t) > bound_ * (1 + kTolerance / 2) + rounding(t); }
     /// Rises of the corners b and c of triangle t above its smallest corner a (each 0, 1 or 2), at least cost, after which the
-    /// triangle is not too steep.
-    std::array<double, 2> flat_rises(int t, int a, int b, int c) const;
-    /// Lowers the corners of a triangle that is too steep. @returns the corners that changed, -1 for none
-    std::array<int, 2> flatten_triangle(int t);
+    /// triangle is no steeper than `bound`.
+    std::array<double, 2> flat_rises(int t, int a, int b, int c, double bound) const;
+    /// Lowers the corners of a triangle that is steeper than `bound`. @returns the corners that changed, -1 for none
+    std::array<int, 2> flatten_triangle(int t, double bound);
     /// Largest size at a vertex that its input and its triangles allow.
     double ceiling(int v) const;
 
@@ -232,17 +236,17 @@ double GradientLimiter::rounding(int t) const {
     return 4e-16 * std::max({size_[a], size_[b], size_[c]}) * longest / flat.area2();
 }
 
-std::array<double, 2> GradientLimiter::flat_rises(int t, int a, int b, int c) const {
+std::array<double, 2> GradientLimiter::flat_rises(int t, int a, int b, int c, double bound) const {
     const FlatTriangle& flat = corners_.flat[t];
     const auto h = [&](int corner) { return size_[corners_.triangles[t][corner]]; };
     const std::array<double, 2> rise{h(b) - h(a), h(c) - h(a)};
     if (flat.area2() == 0) return rise;
     const auto unit_rise = [&](int corner) { return flat.gradient(corner == 0, corner == 1, corner == 2); };
     // A size h asks for h^-2 elements per area, so lowering it costs in proportion to h^-3.
-    std::array<double, 2> flatter = nearest_rises({unit_rise(b), unit_rise(c)}, rise, std::pow(h(b) / h(c), 3), bound_);
+    std::array<double, 2> flatter = nearest_rises({unit_rise(b), unit_rise(c)}, rise, std::pow(h(b) / h(c), 3), bound);
     // Sizes are only lowered: where the nearest point would raise one corner, it stays and the other takes what is left.
     const auto left_for = [&](int corner, int other) {
-        return largest_at(flat.seen_from(a, other, corner), h(a), h(other), bound_).value_or(h(a)) - h(a);
+        return largest_at(flat.seen_from(a, other, corner), h(a), h(other), bound).value_or(h(a)) - h(a);
     };
     if (flatter[0] > rise[0]) {
         flatter = {rise[0], left_for(c, b)};
@@ -252,14 +256,14 @@ std::array<double, 2> GradientLimiter::flat_rises(int t, int a, int b, int c) co
     return {std::clamp(flatter[0], 0., rise[0]), std::clamp(flatter[1], 0., rise[1])};
 }
 
-std::array<int, 2> GradientLimiter::flatten_triangle(int t) {
+std::array<int, 2> GradientLimiter::flatten_triangle(int t, double bound) {
     const Triangle& triangle = corners_.triangles[t];
     std::array<int, 3> rank{0, 1, 2};
     std::sort(rank.begin(), rank.end(), [&](int i, int j) { return size_[triangle[i]] < size_[triangle[j]]; });
     const int a = triangle[rank[0]], b = triangle[rank[1]], c = triangle[rank[2]];
     if (may_lower(b) && may_lower(c)) {
         const double b_before = size_[b], c_before = size_[c];
-        const std::array<double, 2> rise = flat_rises(t, rank[0], rank[1], rank[2]);
+        const std::array<double, 2> rise = flat_rises(t, rank[0], rank[1], rank[2], bound);
         const auto lower_to = [&](double share) {
             size_[b] = std::min(b_before, size_[a] + share * rise[0]);
             size_[c] = std::min(c_before, size_[a] + share * rise[1]);
@@ -267,7 +271,7 @@ std::array<int, 2> GradientLimiter::flatten_triangle(int t) {
         lower_to(1);
         // What is still missing (rounding, or a triangle without area): the gradient is proportional to both rises together.
         const double left = steepness(t);
-        if (left > bound_) lower_to(bound_ / left);
+        if (left > bound) lower_to(bound / left);
         return {size_[b] < b_before ? b : -1, size_[c] < c_before ? c : -1};
     }
     // One of the two is required: the other takes what that leaves, but never less than the smallest corner.
@@ -275,7 +279,7 @@ std::array<int, 2> GradientLimiter::flatten_triangle(int t) {
     const int v = triangle[rank[free]];
     if (!may_lower(v)) return {-1, -1};
     const Frame frame = corners_.flat[t].seen_from(rank[0], rank[fixed], rank[free]);
-    const std::optional<double> most = largest_at(frame, size_[a], size_[triangle[rank[fixed]]], bound_);
+    const std::optional<double> most = largest_at(frame, size_[a], size_[triangle[rank[fixed]]], bound);
     if (!most || *most < size_[a] || *most >= size_[v]) return {-1, -1};
     size_[v] = *most;
     return {v, -1};
@@ -285,6 +289,7 @@ void GradientLimiter::flatten() {
     // Corrections flow from small sizes to large ones, so triangles with small corners come first.
     std::priority_queue<Steep> queue;
     std::vector<char> queued(corners_.triangles.size(), 0);
+    std::vector<int> times(corners_.triangles.size(), 0);
     const int n = static_cast<int>(corners_.triangles.size());
     for (int t = 0; t < n; ++t)
         if (too_steep(t)) {
@@ -301,7 +306,8 @@ void GradientLimiter::flatten() {
             result_.converged = false;
             return;
         }
-        for (const int v : flatten_triangle(t)) {
+        const double slack = ++times[t] > kPatience ? std::min(std::ldexp(kTolerance, 2 * (times[t] - kPatience)), kMostSlack) : 0;
+        for (const int v : flatten_triangle(t, bound_ * (1 - slack))) {
             if (v < 0) continue;
             for (const int s : corners_.at(v))
                 if (!queued[s] && s != t && too_steep(s)) {

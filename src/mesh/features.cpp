@@ -26,6 +26,7 @@ constexpr double kBeside = 0.15, kSurely = 1.05;
 // The same of small rings and of networks whose curves are of few edges.
 constexpr double kBesideRing = 0.05, kBesideJagged = 0.1, kCalm = 0.02;
 constexpr int kLongCurve = 4;
+constexpr double kFold = 1.05;           // turn of an edge that is a crease at places that need features, radians: 60 degrees
 constexpr double kRounding = 1e-6;       // of a cosine, generously
 
 using Points = std::span<const Eigen::Vector3d>;
@@ -42,7 +43,9 @@ int edge_of(const Connectivity& mesh, int h) { return mesh.twin(h) >= 0 ? std::m
 class Finder {
   public:
     Finder(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known)
-        : points_(points), mesh_(mesh), options_(options), kind_(3 * static_cast<std::size_t>(mesh.num_triangles()), Kind::None), degree_(mesh.num_vertices(), 0) {
+        : points_(points), mesh_(mesh), options_(options), places_(options.places),
+          kind_(3 * static_cast<std::size_t>(mesh.num_triangles()), Kind::None), degree_(mesh.num_vertices(), 0) {
+        std::sort(places_.begin(), places_.end(), [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.x() < b.x(); });
         mark_certain(known);
         find_normals();
         mark_creases();
@@ -115,10 +118,27 @@ class Finder {
             const Eigen::Vector3d axis = along(mesh_.origin(h), mesh_.target(h));
             const double turn = turn_about(axis, n, m);
             if (std::abs(turn) < options_.weak_angle) continue;
+            if (std::abs(turn) > kFold && needs_features(mesh_.origin(h), mesh_.target(h))) {
+                kind_[h] = Kind::Certain;
+                continue;
+            }
             if (std::abs(turn) < options_.sharp_angle && alike(width_of(h), width_of(g)) && turns_on(axis, turn, h) && turns_on(axis, turn, g)) continue;
             if (options_.scale > 0 && relief(h) < kRelief * options_.scale) continue;
             kind_[h] = std::abs(turn) >= options_.angle ? Kind::Crease : Kind::Weak;
         }
+    }
+
+    // Whether an edge is where every fold is to be a feature.
+    bool needs_features(int a, int b) const {
+        const Eigen::Vector3d along = points_[b] - points_[a];
+        const double length2 = along.squaredNorm();
+        const auto [left, right] = std::minmax(points_[a].x(), points_[b].x());
+        const auto first = std::lower_bound(places_.begin(), places_.end(), left - options_.reach, [](const Eigen::Vector3d& p, double x) { return p.x() < x; });
+        for (auto p = first; p != places_.end() && p->x() <= right + options_.reach; ++p) {
+            const double t = length2 > 0 ? std::clamp(along.dot(*p - points_[a]) / length2, 0.0, 1.0) : 0;
+            if ((points_[a] + t * along - *p).norm() <= options_.reach) return true;
+        }
+        return false;
     }
 
     // How far the middle of an edge lies from the line between the points at `scale` to either side, straight over the facets.
@@ -551,6 +571,7 @@ class Finder {
     Points points_;
     Connectivity& mesh_;
     const FeatureOptions& options_;
+    std::vector<Eigen::Vector3d> places_;   // that need features, by their first coordinate
     std::vector<Eigen::Vector3d> normals_;  // of facets; zero where they have none
     std::vector<Kind> kind_;
     std::vector<int> degree_;  // feature edges per vertex

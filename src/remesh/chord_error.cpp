@@ -9,6 +9,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "gradus/gradation/gradient.hpp"
 #include "gradus/gradation/hold.hpp"
@@ -28,6 +29,7 @@ constexpr double kShareOfBulge = 0.2;               // of the chord error, for t
 constexpr int kMostDrafts = 3;
 constexpr int kMostLowerings = 24;
 constexpr int kMostAtOnePlace = 8;    // what eight times did not mend there, smaller sizes will not
+constexpr int kStubborn = 3;          // places lowered this often may need features
 constexpr int kSecondChances = 2;     // for places that lower sizes broke
 constexpr int kMostInVain = 4;        // meshes in a row that are no better than those before
 constexpr double kProgress = 0.95;    // of the smallest deviation so far: what counts as better
@@ -110,6 +112,7 @@ class ChordErrorCheck : public MeshChecks {
         proved_ = proof().prove(view_of(mesh), triangles_under(mesh.places));
         made_.deviation = proved_.deviation;
         made_.kept = proved_.deviation.bound() <= chord_error_;
+        made_.faults = stubborn_;
         std::vector<MeshFault> faults;
         for (const TooFar& f : proved_.at_fault) {
             // Those of one point of the surface are one after the other.
@@ -118,6 +121,7 @@ class ChordErrorCheck : public MeshChecks {
             faults.back().distance = std::max(faults.back().distance, f.distance);
             faults.back().triangles.push_back(f.triangle);
         }
+        for (const MeshFault& fault : faults) made_.faults.push_back(fault.point);
         return faults;
     }
 
@@ -171,7 +175,8 @@ class ChordErrorCheck : public MeshChecks {
         if (at_fault.empty() || !progress_.goes_on(at_fault.size(), proved_.deviation.bound())) return std::nullopt;
         if (auto sizes = lower_sizes(mesh, at_fault, kLeast, in_vain)) return sizes;
         // What broke may not break again once all around it has changed.
-        if (in_vain.empty() || second_chances_-- == 0) return std::nullopt;
+        const std::pair chance(at_fault.size(), proved_.deviation.bound());
+        if (in_vain.empty() || second_chances_-- == 0 || std::exchange(last_chance_, chance) == chance) return std::nullopt;
         return lower_sizes(mesh, at_fault, kLeast, {});
     }
 
@@ -207,6 +212,7 @@ class ChordErrorCheck : public MeshChecks {
             if (is_around(mesh.points[corners[0]], mesh.sizes[corners[0]], in_vain)) continue;
             const int times = lowered_at_.count(f.point, made_.lowerings);
             if (times > kMostAtOnePlace) continue;
+            if (times == kStubborn) stubborn_.push_back(closest_on_surface(f));
             const double factor = factor_for(f.distance, times, least);
             for (const int v : corners) {
                 const double size = std::max(factor * mesh.sizes[v], options_.hmin);
@@ -249,7 +255,9 @@ class ChordErrorCheck : public MeshChecks {
     ProvedDeviation proved_;  // of the last mesh
     Progress progress_;
     RoundsAtPlaces lowered_at_;
+    std::vector<Vector3d> stubborn_;
     int second_chances_ = kSecondChances;
+    std::pair<std::size_t, double> last_chance_;  // triangles at fault then, and the deviation
     struct {
         std::optional<LoweredMap> map;
         int lowerings = 0;

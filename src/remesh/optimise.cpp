@@ -388,11 +388,14 @@ void check_estimate(double predicted, const RemeshOptions& options) {
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock) {
     OptimiseReport report;
     const int sweeps = options.fast ? 1 : 2, sweeps_of_fit = options.fitted || !options.active.empty() ? 1 : sweeps;
-    for (int round = 0; round < (options.fast || options.fitted ? 1 : kFitRounds); ++round) {
-        // Needles that are given leave no room for halves beside them: those that are thin go first.
-        if (round == 0 && options.given) report.collapses += collapse_short(editor, options);
+    const auto fit_lengths = [&] {
         split_long(editor, options, report);
         report.collapses += collapse_short(editor, options);
+    };
+    for (int round = 0; round < (options.fast || options.fitted ? 1 : kFitRounds); ++round) {
+        fit_lengths();
+        // Triangles that are given are far from what is asked for: there collapses leave much to split.
+        if (round == 0 && options.given) fit_lengths();
         // What is next to each other in space is next to each other in memory from here on.
         if (round == 0 && options.active.empty()) editor.renumber();
         report.flips += flip_edges(editor, options);

@@ -27,7 +27,8 @@ constexpr double kBroken = 0.3;      // quality of elements that no mesh should 
 constexpr double kUnsplit = 2.5;     // metric length of edges that were to be split
 constexpr double kAround = 3;        // sizes
 constexpr double kSamePlace = 0.25;  // sizes: what was broken and moved is broken as before
-constexpr int kMostAttempts = 3;     // to lower sizes, and to polish
+constexpr int kMostAttempts = 4;     // to lower sizes, and to polish
+constexpr double kWider = 3;         // each time
 constexpr int kMostRetries = 3, kMostFailures = 2;  // of places where elements are bad
 constexpr double kSmaller = 0.8;     // factor of the sizes there, each time one led to nothing better
 constexpr std::size_t kMostBadPlaces = 100;
@@ -604,7 +605,7 @@ class Remesher {
         make_finals();
         if (checks_ && !options_.fast) {
             polish_last({});
-            try_again();
+            if (faults_.empty()) try_again();
         }
         return std::move(result_);
     }
@@ -671,25 +672,30 @@ class Remesher {
         }
     }
 
-    // Lowers sizes, but not where that breaks the mesh.
+    // Lowers sizes, but not where that breaks the mesh, unless it is mended at as many other places.
     void refine(std::vector<double> sizes) {
         const Connectivity mesh = editor_->mesh();
         const std::vector<Vertex> vertices = editor_->vertices();
         const std::vector<BrokenPlace> broken_before = broken_places(*editor_);
+        const auto known_before = in_vain_.size();
+        double reach = 1;
         for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
             start_from(mesh, vertices, sizes);
             expect(*own_);
             optimise_for(MeshStage::Final, changed(*editor_, result_.mesh.sizes, sizes));
             const auto known = in_vain_.size();
-            for (const BrokenPlace& broken : broken_places(*editor_)) {
+            const std::vector<BrokenPlace> broken_now = broken_places(*editor_);
+            if (broken_now.size() <= broken_before.size()) return;
+            for (const BrokenPlace& broken : broken_now) {
                 const auto is_same = [&](const BrokenPlace& before) { return (before.at - broken.at).norm() < kSamePlace * broken.size; };
                 if (std::none_of(broken_before.begin(), broken_before.end(), is_same)) in_vain_.push_back(broken.at);
             }
             if (in_vain_.size() == known) return;
-            // Back to what it was there; if that is not enough, everywhere.
-            const auto broken_now = std::span(in_vain_).subspan(known);
+            // Back to what it was there; if that is not enough, ever farther around, and in the end everywhere.
+            const auto in_vain_now = std::span(in_vain_).subspan(known_before);
             for (std::size_t v = 0; v < vertices.size(); ++v)
-                if (attempt + 1 == kMostAttempts || is_around(vertices[v].p, vertices[v].h, broken_now)) sizes[v] = result_.mesh.sizes[v];
+                if (attempt + 1 == kMostAttempts || is_around(vertices[v].p, reach * vertices[v].h, in_vain_now)) sizes[v] = result_.mesh.sizes[v];
+            reach *= kWider;
         }
     }
 

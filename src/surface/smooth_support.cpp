@@ -15,7 +15,7 @@ constexpr double kSteepest = 0.5;  // cosine of the angle between an edge and it
 
 constexpr double kNormalCosine = 0.87;  // normals of vertices count as far as 30 degrees from the facet's
 constexpr double kInnerReach = 0.15;  // over the shortest edge
-constexpr double kRiseOverWidth = 0.25;  // of the curve of an edge, over the width of the narrower facet beside it
+constexpr double kRiseOverWidth = 0.25;  // of the curve of an edge, over the width of the narrower facet beside it; of a patch over that of its own
 constexpr double kInnerBulge = 1.5;  // of an inner control point: a round one has about twice the height of the edges' middles
 
 // Weight of a corner that is exact for spheres, times its normal [Max 1999].
@@ -232,10 +232,12 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
     }
     // Control points of a fair patch lie over those of the facet, not far off it; what tangents that disagree would throw farther
     // is held back, else the patch folds or leaves its facet.
-    const Vector3d facing = (p[1] - p[0]).cross(p[2] - p[0]).stableNormalized();
-    const double most = kInnerBulge * options_.largest_bulge;
+    const Vector3d area = (p[1] - p[0]).cross(p[2] - p[0]), facing = area.stableNormalized();
+    const auto [shortest, longest] = std::minmax({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
+    const double width = longest > 0 ? area.stableNorm() / longest : 0;
+    const double most = kInnerBulge * std::min(options_.largest_bulge, kRiseOverWidth * width);
+    const double reach = kInnerReach * shortest;
     for (int k = 0; k < 3; ++k) {
-        const double reach = kInnerReach * std::min({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
         for (int i = 0; i < 2; ++i) {
             const Vector3d flat = p[0] + p[1] + p[2] + p[(k + i) % 3];
             Vector3d off = inner[k][i] - flat / 4;

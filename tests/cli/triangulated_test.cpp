@@ -60,6 +60,27 @@ TEST_CASE("remesh keeps the chord error asked for between a triangulation and it
     CHECK(bound_between(read_mesh(folder / in), mesh) <= error * 1.002);
 }
 
+TEST_CASE("folds become features where the chord error cannot be kept otherwise", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", triangulations::soup(triangulations::cube(8)));
+    const auto remesh = [&](const std::string& hmin) {
+        const Outcome outcome = run(folder, "remesh in.off -o out.off --json --feature-angle 180 --chord-error 0.002 --hmin " + hmin + " --hmax 0.3");
+        REQUIRE(outcome.code == 0);
+        return json::parse(outcome.out);
+    };
+    // With small elements it is kept across edges that are none, else it is not.
+    CHECK(remesh("0.0004")["feature_curves"] == 0);
+    const json said = remesh("0.05");
+    CHECK(said["feature_curves"] == 12);
+    CHECK(said["features_added"] == 96);
+    CHECK(said["triangles"] < 400);
+    CHECK(bound_between(read_mesh(folder / "in.off"), read_mesh(folder / "out.off")) <= 0.002 * 1.002);
+    std::map<std::string, int> stages;
+    for (const json& stage : said["stages"]) ++stages[stage["name"]];
+    CHECK(stages.at("meshing") == 1);
+    CHECK(stages.count("features") == 1);
+}
+
 TEST_CASE("a chord error that the smallest size makes impossible is not kept, and said so", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", tin());

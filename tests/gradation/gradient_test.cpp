@@ -143,3 +143,24 @@ TEST_CASE("Maps without any size stay without", "[gradation]") {
     CHECK(result.lowered == 0);
     CHECK(std::isinf(size[4]));
 }
+
+TEST_CASE("Strips of needles are flattened in few visits", "[gradation][property]") {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (int strip = 0; strip < 2000; ++strip) {
+        constexpr int n = 12;
+        std::vector<Eigen::Vector3d> points;
+        std::vector<Triangle> triangles;
+        std::vector<double> size;
+        for (int i = 0; i < n; ++i) {
+            const double x = unit(random), y = .005 * unit(random);
+            points.emplace_back(x, i % 2 == 1 ? y : -y, 0);
+            size.push_back(.3 + unit(random));
+        }
+        for (int i = 0; i + 2 < n; ++i) triangles.push_back({i, i + 1 + (i + 1) % 2, i + 1 + i % 2});
+        const GradientReduction reduction = limit_gradient(points, triangles, .4, size);
+        CHECK(reduction.converged);
+        CHECK(reduction.above_bound == 0);
+        CHECK(reduction.visits < 300 * static_cast<long>(triangles.size()));
+    }
+}

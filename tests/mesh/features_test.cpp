@@ -231,6 +231,33 @@ TEST_CASE("spikes and folds of a rough surface are no features, coarse parts kee
     CHECK(found_in(triangulations::capped_cylinder(4, 1)).features.chains.size() >= 8);
 }
 
+TEST_CASE("at places that need features folds of a rough surface are some", "[property]") {
+    const Mesh rough = triangulations::noisy(triangulations::sphere(3), 0.35 * triangulations::mean_edge(triangulations::sphere(3)), 2);
+    const Found before = found_in(rough);
+    const auto turn = [&](int h) {
+        const auto normal = [&](int t) {
+            const Triangle v = before.mesh.triangle(t);
+            return (rough.points[v[1]] - rough.points[v[0]]).cross(rough.points[v[2]] - rough.points[v[0]]).normalized();
+        };
+        return std::acos(std::clamp(normal(h / 3).dot(normal(before.mesh.twin(h) / 3)), -1.0, 1.0));
+    };
+    const auto middle = [&](int h) { return Vector3d((rough.points[before.mesh.origin(h)] + rough.points[before.mesh.target(h)]) / 2); };
+    FeatureOptions options{.reach = 1e-6};
+    std::vector<int> folds;
+    for (int h = 0; h < 3 * before.mesh.num_triangles() && folds.size() < 10; ++h)
+        if (before.mesh.twin(h) > h && before.mesh.tag(h) < 0 && turn(h) > 1.1) folds.push_back(h);
+    REQUIRE(folds.size() == 10);
+    for (const int h : folds) options.places.push_back(middle(h));
+    const int flat = [&] {
+        for (int h = 0;; ++h)
+            if (before.mesh.twin(h) > h && turn(h) < 0.9 && before.mesh.tag(h) < 0) return h;
+    }();
+    options.places.push_back(middle(flat));
+    const Found after = found_in(rough, options);
+    for (const int h : folds) CHECK(after.mesh.tag(h) >= 0);
+    CHECK(after.mesh.tag(flat) < 0);
+}
+
 TEST_CASE("a ridge below the scale is no feature", "[exact]") {
     // A roof of slope 1 and height 0.01 along the middle of the sheet.
     const double height = 0.01;

@@ -23,6 +23,9 @@ struct FeatureOptions {
     /// with facets between that are three times as long as they are wide, one counts. 0: all creases count, and no jags.
     double scale = 0;
     double corner_angle = 0.785;  ///< turn of a feature curve from which its vertex is a corner, radians: 45 degrees
+    /// Within reach of these places edges that turn by more than 60 degrees are creases, however rough the surface is.
+    std::vector<Eigen::Vector3d> places = {};
+    double reach = 0;
 };
 
 /// A feature curve between two corners, or a closed one without.
