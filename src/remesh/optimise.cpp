@@ -28,6 +28,8 @@ constexpr int kWorstRounds = 12;
 // Of flips above it one of twenty is kept.
 constexpr double kHopefulFlip = 0.8, kHopefulPerGain = 0.1;
 constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations, and pushes
+constexpr double kStretched = 0.96;     // triangles of a regular mesh are better than this
+constexpr double kMuchStretched = 0.1;   // of the triangles
 constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
 constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
 constexpr double kWidestFan = 2.3;     // ratio of edges at a vertex up to which its triangles are as good as their shape
@@ -359,6 +361,29 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
     report.below_goal = count_below(editor, options.goal);
 }
 
+// Rows of long facets, halved, leave a lattice that is stretched though all its edges are unit, and that no single operation improves.
+// Where there is much of that its longest edges are split, and what follows makes a mesh without rows. @returns how many
+int break_lattices(Editor& editor) {
+    const Connectivity& mesh = editor.mesh();
+    const auto in_lattice = [&](int v) { return editor.vertex(v).bound == Bound::Free && mesh.valence(v) == 6; };
+    std::vector<LengthAt> longest;
+    for (int t = 0; t < mesh.num_triangles(); ++t) {
+        if (!mesh.is_live_triangle(t) || editor.quality(t) >= kStretched) continue;
+        const Triangle v = mesh.triangle(t);
+        if (!std::all_of(v.begin(), v.end(), in_lattice)) continue;
+        LengthAt edge{0, -1};
+        for (int h = 3 * t; h < 3 * t + 3; ++h)
+            if (const double length = editor.length(h); length > edge.length) edge = {length, h};
+        longest.push_back(edge);
+    }
+    if (static_cast<double>(longest.size()) < kMuchStretched * mesh.num_live_triangles()) return 0;
+    std::sort(longest.begin(), longest.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(-a.length, a.halfedge) < std::pair(-b.length, b.halfedge); });
+    int splits = 0;
+    for (const LengthAt& e : longest)
+        if (in_lattice(mesh.origin(e.halfedge)) && in_lattice(mesh.target(e.halfedge)) && editor.split(e.halfedge) >= 0) ++splits;
+    return splits;
+}
+
 // Without a search the worst triangles still get better by moving their corners for their sake.
 void relax_worst(Editor& editor) {
     const Connectivity& mesh = editor.mesh();
@@ -392,21 +417,29 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
         split_long(editor, options, report);
         report.collapses += collapse_short(editor, options);
     };
+    const auto fit_shapes = [&](int times) {
+        report.flips += flip_edges(editor, options);
+        smooth(editor, options, times);
+    };
     for (int round = 0; round < (options.fast || options.fitted ? 1 : kFitRounds); ++round) {
         fit_lengths();
         // Triangles that are given are far from what is asked for: there collapses leave much to split.
         if (round == 0 && options.given) fit_lengths();
         // What is next to each other in space is next to each other in memory from here on.
         if (round == 0 && options.active.empty()) editor.renumber();
-        report.flips += flip_edges(editor, options);
-        smooth(editor, options, sweeps_of_fit);
+        fit_shapes(sweeps_of_fit);
+    }
+    if (const int splits = options.fast || !options.active.empty() ? 0 : break_lattices(editor); splits > 0) {
+        report.splits += splits;
+        fit_shapes(sweeps);
+        fit_lengths();
+        fit_shapes(sweeps);
     }
     clock.done("fitting");
     if (options.fast) {
         relax_worst(editor);
     } else {
-        report.flips += flip_edges(editor, options);
-        smooth(editor, options, sweeps);
+        fit_shapes(sweeps);
         clock.done("smoothing");
         attempt_for_mean(editor, options, report);
         smooth(editor, options, sweeps);
