@@ -41,7 +41,7 @@ struct Options {
 
 constexpr double kDefaultShock = 1.5;
 constexpr int kMostAttempts = 3;          // to keep the chord error with more features
-constexpr std::size_t kMostFaults = 20'000;  // where there are more it is not for want of features
+constexpr std::size_t kFewFaults = 4, kMostFaults = 20'000;  // few: what was hard on the way is left alone; too many: it is not for want of features
 constexpr std::size_t kPlacesTold = 5;  // of offenders; reports list more
 
 // A mesh with what is known of how it came about.
@@ -168,7 +168,9 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     auto last = std::pair(surface, mesh);
     std::vector<Eigen::Vector3d> faults;
     for (int attempt = 1; !last.second->kept && attempt <= kMostAttempts; ++attempt) {
-        faults.insert(faults.end(), last.second->faults.begin(), last.second->faults.end());
+        const auto add = [&](const std::vector<Eigen::Vector3d>& places) { faults.insert(faults.end(), places.begin(), places.end()); };
+        add(last.second->faults);
+        if (attempt > 1 || last.second->faults.size() > kFewFaults) add(last.second->stubborn);
         if (faults.size() > kMostFaults) break;
         last.first = stages.run("features", [&] { return with_features_at(faults, options.in, *last.first, options.surface, options.sizing); });
         if (!last.first) break;

@@ -176,6 +176,7 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     mesh.refinements = made.lowerings;
     mesh.kept = made.kept;
     mesh.faults = std::move(made.faults);
+    mesh.stubborn = std::move(made.stubborn);
     return mesh;
 }
 

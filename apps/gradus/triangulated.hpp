@@ -42,7 +42,7 @@ struct TriangulatedMesh {
     int refinements = 0;                 ///< how often sizes were lowered where the chord error was not kept
     std::optional<double> chord_error;   ///< asked for
     bool kept = true;                    ///< the chord error, where one was asked for
-    std::vector<Eigen::Vector3d> faults; ///< places of the triangulation where it is not kept, or was not for long
+    std::vector<Eigen::Vector3d> faults, stubborn;  ///< see ChordErrorResult
 };
 
 /// Sizes instead of those by a rule.

@@ -32,6 +32,8 @@ constexpr int kMostAtOnePlace = 8;    // what eight times did not mend there, sm
 constexpr int kStubborn = 3;          // places lowered this often may need features
 constexpr int kSecondChances = 2;     // for places that lower sizes broke
 constexpr int kMostInVain = 4;        // meshes in a row that are no better than those before
+constexpr int kMostInVainOfFew = 8;   // the same while no more than a few triangles are at fault
+constexpr std::size_t kFew = 8;
 constexpr double kProgress = 0.95;    // of the smallest deviation so far: what counts as better
 constexpr double kSampleShare = 0.9;  // of the chord error, for the samples of triangles that are likely to keep it
 constexpr double kFewFar = 0.01;      // of the triangles, that may be too far off in a draft: the final schedule changes as much
@@ -88,7 +90,7 @@ class Progress {
         fewest_ = std::min(fewest_, at_fault);
         smallest_ = std::min(smallest_, deviation);
         in_vain_ = better ? 0 : in_vain_ + 1;
-        return in_vain_ < kMostInVain;
+        return in_vain_ < (at_fault <= kFew ? kMostInVainOfFew : kMostInVain);
     }
 
   private:
@@ -112,7 +114,7 @@ class ChordErrorCheck : public MeshChecks {
         proved_ = proof().prove(view_of(mesh), triangles_under(mesh.places));
         made_.deviation = proved_.deviation;
         made_.kept = proved_.deviation.bound() <= chord_error_;
-        made_.faults = stubborn_;
+        made_.faults.clear();
         std::vector<MeshFault> faults;
         for (const TooFar& f : proved_.at_fault) {
             // Those of one point of the surface are one after the other.
@@ -212,7 +214,7 @@ class ChordErrorCheck : public MeshChecks {
             if (is_around(mesh.points[corners[0]], mesh.sizes[corners[0]], in_vain)) continue;
             const int times = lowered_at_.count(f.point, made_.lowerings);
             if (times > kMostAtOnePlace) continue;
-            if (times == kStubborn) stubborn_.push_back(closest_on_surface(f));
+            if (times == kStubborn) made_.stubborn.push_back(closest_on_surface(f));
             const double factor = factor_for(f.distance, times, least);
             for (const int v : corners) {
                 const double size = std::max(factor * mesh.sizes[v], options_.hmin);
@@ -255,7 +257,6 @@ class ChordErrorCheck : public MeshChecks {
     ProvedDeviation proved_;  // of the last mesh
     Progress progress_;
     RoundsAtPlaces lowered_at_;
-    std::vector<Vector3d> stubborn_;
     int second_chances_ = kSecondChances;
     std::pair<std::size_t, double> last_chance_;  // triangles at fault then, and the deviation
     struct {

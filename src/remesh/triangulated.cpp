@@ -532,7 +532,7 @@ MeshPart part_around(const Editor& editor, std::span<const int> vertices) {
     return part;
 }
 
-// Elements that are short of what good ones keep, without a cause; no points where they are all over.
+// Elements that are short of what good ones keep, without a cause, or faults; no points where they are all over.
 struct BadPlaces {
     std::vector<Vector3d> points;
     std::size_t elements = 0;
@@ -548,6 +548,13 @@ BadPlaces bad_places(const SurfaceMesh& mesh) {
     return places;
 }
 
+BadPlaces places_of(std::span<const MeshFault> faults) {
+    BadPlaces places{{}, faults.size()};
+    if (faults.size() <= kMostBadPlaces)
+        for (const MeshFault& fault : faults) places.points.push_back(fault.point);
+    return places;
+}
+
 bool is_as_good(std::span<const MeshFault> a, std::span<const MeshFault> b) {
     const auto worst = [](std::span<const MeshFault> faults) {
         double distance = 0;
@@ -556,6 +563,8 @@ bool is_as_good(std::span<const MeshFault> a, std::span<const MeshFault> b) {
     };
     return a.size() <= b.size() && worst(a) <= worst(b);
 }
+
+bool is_better(std::span<const MeshFault> a, std::span<const MeshFault> b) { return is_as_good(a, b) && !is_as_good(b, a); }
 
 // Mends the faults of a mesh one by one, as far as that can be done. @returns whether anything was done
 bool mend(Editor& editor, const SurfaceMesh& mesh, std::span<const MeshFault> faults, MeshChecks& checks) {
@@ -605,6 +614,7 @@ class Remesher {
         make_finals();
         if (checks_ && !options_.fast) {
             polish_last({});
+            if (!faults_.empty()) try_again();
             if (faults_.empty()) try_again();
         }
         return std::move(result_);
@@ -685,7 +695,7 @@ class Remesher {
             optimise_for(MeshStage::Final, changed(*editor_, result_.mesh.sizes, sizes));
             const auto known = in_vain_.size();
             const std::vector<BrokenPlace> broken_now = broken_places(*editor_);
-            if (broken_now.size() <= broken_before.size()) return;
+            if (may_break_ || broken_now.size() <= broken_before.size()) return;
             for (const BrokenPlace& broken : broken_now) {
                 const auto is_same = [&](const BrokenPlace& before) { return (before.at - broken.at).norm() < kSamePlace * broken.size; };
                 if (std::none_of(broken_before.begin(), broken_before.end(), is_same)) in_vain_.push_back(broken.at);
@@ -711,7 +721,7 @@ class Remesher {
             if (!any) break;
             SurfaceMesh mended = export_mesh(surface_, *support_, *mender);
             std::vector<MeshFault> left = checks_->faults_of(mended);
-            const bool better = is_as_good(left, faults) && !is_as_good(faults, left);
+            const bool better = is_better(left, faults);
             if (!better) checks_->faults_of(mesh);
             clock_.done("check");
             if (!better) break;
@@ -752,11 +762,13 @@ class Remesher {
         clock_.done("check");
     }
 
-    // Makes the mesh anew, with smaller sizes, around elements that fall short though nothing forces them to.
+    // Makes the mesh anew, with smaller sizes, around its faults or, where it has none, around elements that fall short though nothing
+    // forces them to.
     void try_again() {
         double factor = kSmaller;
         for (int attempt = 1, failures = 0; attempt <= kMostRetries && failures < kMostFailures; ++attempt) {
-            const BadPlaces before = bad_places(result_.mesh);
+            const std::vector<MeshFault> faults = faults_;
+            const BadPlaces before = faults.empty() ? bad_places(result_.mesh) : places_of(faults);
             if (before.points.empty()) return;
             const auto sizes = checks_->sizes_below(result_.mesh, before.points, factor);
             if (!sizes) return;
@@ -764,13 +776,14 @@ class Remesher {
             const std::vector<Vertex> vertices = editor_->vertices();
             const SurfaceMesh mesh = result_.mesh;
             RemeshStatistics statistics = result_.statistics;
-            const std::vector<MeshFault> faults = faults_;
             try {
+                may_break_ = !faults.empty();
                 refine(*sizes);
+                may_break_ = false;
                 take_mesh();
                 refine_while_at_fault();
                 polish_last(before.points);
-                if (is_as_good(faults_, faults) && bad_places(result_.mesh).elements < before.elements) continue;
+                if (faults.empty() ? is_as_good(faults_, faults) && bad_places(result_.mesh).elements < before.elements : is_better(faults_, faults)) continue;
             } catch (const std::length_error&) {
                 // More triangles than there may be: then the mesh stays what it was.
             }
@@ -798,6 +811,7 @@ class Remesher {
     bool given_ = true, fitted_ = false;  // see OptimiseOptions
     std::vector<MeshFault> faults_;       // of the last mesh
     std::vector<Vector3d> in_vain_;       // places where lower sizes broke it
+    bool may_break_ = false;              // where there are faults: what is broken may be mended later
 };
 
 }  // namespace

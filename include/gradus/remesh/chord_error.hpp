@@ -36,8 +36,9 @@ struct ChordErrorResult {
     RemeshResult result;
     Deviation deviation;  ///< of result.mesh, as proved by DeviationProof
     bool kept = false;    ///< no point of either surface is farther than the chord error from the other
-    /// Places of the triangulation where it is not kept, or was not for long: as features folds there may help (see FeatureOptions::places).
-    std::vector<Eigen::Vector3d> faults;
+    /// Places of the triangulation where it is not kept, and where sizes had to be lowered several times on the way. As features folds there
+    /// may help (see FeatureOptions::places).
+    std::vector<Eigen::Vector3d> faults, stubborn;
     int lowerings = 0;    ///< how often sizes were lowered
     /// The map after the last of them, graded; sizes beside frozen edges were raised from there. Only where it is graded.
     std::optional<LoweredMap> map;
