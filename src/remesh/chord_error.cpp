@@ -35,13 +35,13 @@ constexpr int kMostInVain = 4;        // meshes in a row that are no better than
 constexpr int kMostInVainOfFew = 8;   // the same while no more than a few triangles are at fault
 constexpr std::size_t kFew = 8;
 constexpr double kProgress = 0.95;    // of the smallest deviation so far: what counts as better
-constexpr double kSampleShare = 0.9;  // of the chord error, for the samples of triangles that are likely to keep it
+constexpr double kSampleShare = 0.75; // of the chord error, for the samples of drafts: what is nearly too far is too far after the final schedule
 constexpr double kFewFar = 0.01;      // of the triangles, that may be too far off in a draft: the final schedule changes as much
 
 // -- How far to lower sizes --
 constexpr double kGoal = 0.8;            // of the chord error: what just keeps it would not after the next smoothing
 constexpr double kSteepest = 0.35;       // least factor: distances far above the limit say little
-constexpr double kLeastInDrafts = 0.85;  // largest factors: less of a change is none
+constexpr double kLeastInDrafts = 0.8;   // largest factors: less of a change is none
 constexpr double kLeast = 0.75;
 constexpr double kPlace = 4;   // width of a place over the chord error
 constexpr double kAtPlace = 1.5;  // sizes: how far around a place where elements are bad

@@ -47,7 +47,7 @@ std::vector<LengthAt> edges_where(const Editor& editor, const OptimiseOptions& o
     std::vector<LengthAt> edges;
     for (int h = 0; h < 3 * mesh.num_triangles(); ++h) {
         if (!mesh.is_live_triangle(h / 3) || (mesh.twin(h) >= 0 && mesh.twin(h) < h)) continue;
-        if (!possible(h) || !(options.is_active(mesh.origin(h)) || options.is_active(mesh.target(h)))) continue;
+        if (!(options.is_active(mesh.origin(h)) || options.is_active(mesh.target(h))) || !possible(h)) continue;
         const double length = editor.length(h);
         if (wanted(length)) edges.push_back({length, h});
     }
