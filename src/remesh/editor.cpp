@@ -264,7 +264,10 @@ int Editor::valence_penalty(int v, int by) const {
     return vertices_[v].lean == kAnyNormal ? 0 : penalty(mesh_.valence(v) + by, mesh_.is_boundary_vertex(v));
 }
 
-int Editor::least_valence(int v) const { return mesh_.is_boundary_vertex(v) || vertices_[v].lean == kAnyNormal ? 3 : 4; }
+int Editor::least_valence(int v) const {
+    if (mesh_.is_boundary_vertex(v)) return vertices_[v].bound == Bound::Fixed ? 2 : 3;
+    return vertices_[v].lean == kAnyNormal ? 3 : 4;
+}
 
 int Editor::flip_gain(int h) const {
     const int g = mesh_.twin(h);

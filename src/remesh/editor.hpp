@@ -231,7 +231,7 @@ class Editor {
     void roll_back(Trial& trial);
 
     int valence_penalty(int v, int by) const;  // with some edges more; none at corners, where angles are what the surface makes them
-    int least_valence(int v) const;  // three edges are enough where the surface comes to a point
+    int least_valence(int v) const;  // corners need no more than a triangle at boundaries, and three where the surface comes to a point
     bool is_allowed(std::span<const int> vertices) const { return !guard_ || guard_(*this, vertices); }
 
     Guard guard_;

@@ -478,6 +478,17 @@ TEST_CASE("a mesh stays what it is where another one would have more triangles t
     CHECK(second.result.statistics.predicted_triangles == first.result.statistics.predicted_triangles);
 }
 
+TEST_CASE("a narrow corner of a boundary is one triangle", "[property]") {
+    const double degrees = GENERATE(30.0, 50.0, 65.0);
+    const double turn = degrees * std::numbers::pi / 180;
+    const Mesh sector{{{0, 0, 0}, {10, 0, 0}, {10 * std::cos(turn), 10 * std::sin(turn), 0}}, {{0, 1, 2}}};
+    const Remeshed made = remeshed(Triangulation(triangulations::soup(sector)), uniform(1));
+    check_topology_kept(made);
+    check_good(made);
+    CAPTURE(degrees, made.after.shape.smallest_angle.min);
+    CHECK(made.after.shape.smallest_angle.min > std::min(40.0, 0.98 * degrees));
+}
+
 TEST_CASE("a lattice of edges of about the size asked for, though stretched, is not left as it is", "[property]") {
     // Rows of triangles of a quality of .95, all whose edges count as unit.
     const double stretch = GENERATE(1.0, 1.36, 0.72);
