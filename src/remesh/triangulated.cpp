@@ -682,8 +682,8 @@ class Remesher {
         }
     }
 
-    // Lowers sizes, but not where that breaks the mesh, unless it is mended at as many other places.
-    void refine(std::vector<double> sizes) {
+    // Lowers sizes, but not where that breaks the mesh, unless it is mended at as many other places or may break.
+    void refine(std::vector<double> sizes, bool may_break = false) {
         const Connectivity mesh = editor_->mesh();
         const std::vector<Vertex> vertices = editor_->vertices();
         const std::vector<BrokenPlace> broken_before = broken_places(*editor_);
@@ -695,7 +695,7 @@ class Remesher {
             optimise_for(MeshStage::Final, changed(*editor_, result_.mesh.sizes, sizes));
             const auto known = in_vain_.size();
             const std::vector<BrokenPlace> broken_now = broken_places(*editor_);
-            if (may_break_ || broken_now.size() <= broken_before.size()) return;
+            if (may_break || broken_now.size() <= broken_before.size()) return;
             for (const BrokenPlace& broken : broken_now) {
                 const auto is_same = [&](const BrokenPlace& before) { return (before.at - broken.at).norm() < kSamePlace * broken.size; };
                 if (std::none_of(broken_before.begin(), broken_before.end(), is_same)) in_vain_.push_back(broken.at);
@@ -777,9 +777,8 @@ class Remesher {
             const SurfaceMesh mesh = result_.mesh;
             RemeshStatistics statistics = result_.statistics;
             try {
-                may_break_ = !faults.empty();
-                refine(*sizes);
-                may_break_ = false;
+                // What is broken on the way to a mesh without faults may be mended later.
+                refine(*sizes, !faults.empty());
                 take_mesh();
                 refine_while_at_fault();
                 polish_last(before.points);
@@ -811,7 +810,6 @@ class Remesher {
     bool given_ = true, fitted_ = false;  // see OptimiseOptions
     std::vector<MeshFault> faults_;       // of the last mesh
     std::vector<Vector3d> in_vain_;       // places where lower sizes broke it
-    bool may_break_ = false;              // where there are faults: what is broken may be mended later
 };
 
 }  // namespace

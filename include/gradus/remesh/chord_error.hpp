@@ -46,7 +46,8 @@ struct ChordErrorResult {
 
 /// Meshes with the sizes of a map, proves the deviation, lowers sizes where it is above the chord error, and so on until it is nowhere.
 /// It gives up, with `kept` false, where sizes are at hmin, beside frozen edges, or where lower ones broke the mesh or were of no use.
-/// In the end, where elements fall short (see OffenderLimits) without a cause, it lowers sizes and meshes again, and takes what is better.
+/// In the end, at faults that are left, or where elements fall short (see OffenderLimits) without a cause, it lowers sizes and meshes again,
+/// and takes what is better.
 /// The smooth surface that is meshed is kept close to the triangulation. Distances are measured on all threads there are; the result is
 /// the same for any number.
 /// @param map          moved in, it is freed early; sizes to begin with, best by rule_within, graded, and raised beside frozen edges (see raise_to_held)
