@@ -464,6 +464,57 @@ TEST_CASE("where elements are bad without a cause another mesh is tried, and tak
     else CHECK(short_of_limits(second.after) < short_of_limits(first.after));
 }
 
+namespace {
+
+// At fault where the triangles at a place have an edge above a length, which no single operation may mend.
+class WantingShort : public Retrying {
+  public:
+    WantingShort(const Vector3d& place, double most) : Retrying(0.8), place_(place), most_(most) {}
+    std::vector<MeshFault> faults_of(const SurfaceMesh& mesh) override {
+        Retrying::faults_of(mesh);
+        MeshFault fault{place_, 0, {}};
+        const auto distance = [&](int v) { return (mesh.points[v] - place_).norm(); };
+        int nearest = 0;
+        for (int v = 1; v < std::ssize(mesh.points); ++v)
+            if (distance(v) < distance(nearest)) nearest = v;
+        for (int t = 0; t < std::ssize(mesh.triangles); ++t) {
+            const Triangle& v = mesh.triangles[t];
+            if (std::find(v.begin(), v.end(), nearest) == v.end()) continue;
+            fault.triangles.push_back(t);
+            for (int k = 0; k < 3; ++k) fault.distance = std::max(fault.distance, (mesh.points[v[k]] - mesh.points[v[(k + 1) % 3]]).norm());
+        }
+        lengths.push_back(fault.distance);
+        return fault.distance > most_ ? std::vector{fault} : std::vector<MeshFault>{};
+    }
+
+    std::vector<double> lengths;
+
+  private:
+    Vector3d place_;
+    double most_;
+};
+
+}  // namespace
+
+TEST_CASE("at faults that are left sizes are lowered again", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::sphere(4)));
+    const Vector3d place = Vector3d(0.3, -0.5, 0.7).normalized();
+    WantingShort checks(place, 0.22);
+    const Remeshed made = remeshed(surface, uniform(0.3), {}, &checks);
+    CHECK(checks.lengths.front() > 0.22);
+    CHECK(checks.lengths.back() <= 0.22);
+    CHECK(checks.asked_below >= 1);
+    check_topology_kept(made);
+    CHECK(made.after.shape.area_length.min >= 0.6);
+    // Elsewhere elements are as large as they were.
+    const SurfaceMesh before = remeshed(surface, uniform(0.3)).result.mesh;
+    CHECK(std::ssize(made.result.mesh.triangles) < 1.3 * double(before.triangles.size()));
+    // What cannot be is given up.
+    WantingShort greedy(place, 0.001);
+    remeshed(surface, uniform(0.3), {}, &greedy);
+    CHECK(greedy.asked_below <= 3);
+}
+
 TEST_CASE("a mesh stays what it is where another one would have more triangles than there may be", "[property]") {
     const testing::Mesh sphere = triangulations::sphere(3);
     const Triangulation surface(triangulations::soup(triangulations::noisy(sphere, 0.5 * triangulations::mean_edge(sphere), 1)), kUnfeatured);
