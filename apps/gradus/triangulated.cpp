@@ -150,6 +150,8 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
                                     const std::optional<GradationOptions>& gradation, const RemeshOptions& options, bool hmin_given, Stages& stages) {
     TriangulatedMesh mesh;
     if (rule.kind == SizingRule::Kind::ChordError) mesh.chord_error = rule.value;
+    if (const double least = least_chord_error(surface.soup().points); mesh.chord_error && *mesh.chord_error < least)
+        throw Failure(fmt::format("--chord-error {:g}: below {:.3g}, what distances are rounded to with coordinates as large as these", *mesh.chord_error, least));
     TriangulationBackground map = stages.run("background", [&] {
         if (!given.sizes.empty()) return given_background(surface, given);
         return make_background(surface, mesh.chord_error ? rule_within(*mesh.chord_error, rule) : rule, static_cast<int>(options.max_triangles));

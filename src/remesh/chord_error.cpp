@@ -1,5 +1,7 @@
 #include "gradus/remesh/chord_error.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,6 +24,7 @@ using Eigen::Vector3d;
 
 // -- Sizes to begin with --
 constexpr double kShareOfEdges = 0.4;  // of the chord error, for the gap over edges: triangles are farther off than their edges
+constexpr double kLeastChordError = 1e-10;  // of the largest coordinate: distances much below are lost in rounding
 constexpr double kMostTurn = std::numbers::pi / 3;  // of a curve no larger than the chord error, within one edge
 constexpr double kShareOfBulge = 0.2;               // of the chord error, for the smooth surface over the triangulation
 
@@ -265,7 +268,10 @@ class ChordErrorCheck : public MeshChecks {
     } before_;  // sizes_below
 };
 
-void check_arguments(double chord_error, const ChordErrorOptions& options) {
+void check_arguments(const Triangulation& surface, double chord_error, const ChordErrorOptions& options) {
+    const double least = least_chord_error(surface.soup().points);
+    if (chord_error > 0 && chord_error < least)
+        throw std::invalid_argument(fmt::format("remesh_within: chord error is {:g}, below {:.3g}, what distances are rounded to", chord_error, least));
     if (!(chord_error > 0)) throw std::invalid_argument("remesh_within: chord error is " + std::to_string(chord_error) + ", not above 0");
     if (!(options.hmin >= 0)) throw std::invalid_argument("remesh_within: hmin is " + std::to_string(options.hmin) + ", below 0");
     if (!options.gradation) return;
@@ -276,6 +282,12 @@ void check_arguments(double chord_error, const ChordErrorOptions& options) {
 
 }  // namespace
 
+double least_chord_error(std::span<const Vector3d> points) {
+    double largest = 0;
+    for (const Vector3d& p : points) largest = std::max(largest, p.cwiseAbs().maxCoeff());
+    return kLeastChordError * largest;
+}
+
 SizingRule rule_within(double chord_error, SizingRule rule) {
     rule.kind = SizingRule::Kind::ChordError;
     rule.value = kShareOfEdges * chord_error;
@@ -285,7 +297,7 @@ SizingRule rule_within(double chord_error, SizingRule rule) {
 
 ChordErrorResult remesh_within(const Triangulation& surface, TriangulationBackground map, double chord_error,
                                const ChordErrorOptions& options) {
-    check_arguments(chord_error, options);
+    check_arguments(surface, chord_error, options);
     ChordErrorResult made;
     auto control = std::make_unique<const ControlSpace>(map.background, map.sizes);
     // Large, and of no use any more: the mesh of the background, and its sizes once there are others.

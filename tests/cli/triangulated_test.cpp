@@ -81,6 +81,14 @@ TEST_CASE("folds become features where the chord error cannot be kept otherwise"
     CHECK(stages.count("features") == 1);
 }
 
+TEST_CASE("a chord error below what distances are rounded to is refused", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", triangulations::soup(triangulations::cube(2)));
+    const Outcome outcome = run(folder, "remesh in.off -o out.off --chord-error 1e-12");
+    CHECK(outcome.code == 1);
+    CHECK_THAT(outcome.err, Catch::Contains("--chord-error 1e-12"));
+}
+
 TEST_CASE("a chord error that the smallest size makes impossible is not kept, and said so", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", tin());

@@ -97,6 +97,7 @@ TEST_CASE("bad arguments of remesh_within are named", "[property]") {
     const TriangulationBackground map = make_background(surface, rule_within(0.01, {.hmax = 0.5}));
     CHECK_THROWS_AS(remesh_within(surface, map, 0), std::invalid_argument);
     CHECK_THROWS_AS(remesh_within(surface, map, std::nan("")), std::invalid_argument);
+    CHECK_THROWS_AS(remesh_within(surface, map, 0.99 * least_chord_error(surface.soup().points)), std::invalid_argument);
     CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.hmin = -1}), std::invalid_argument);
     CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.gradation = GradationOptions{.shock = 0.5}}), std::invalid_argument);
     CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.gradation = GradationOptions{.shock = 1.5, .required = {0}}}),

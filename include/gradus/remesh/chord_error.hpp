@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 
 #include "gradus/control/triangulation.hpp"
 #include "gradus/gradation/grade.hpp"
@@ -17,6 +18,9 @@ namespace gradus {
 /// @param chord_error  unit of length, > 0
 /// @param rule         what else holds: hmin, hmax and so on; its kind, value and most_turn are replaced
 SizingRule rule_within(double chord_error, SizingRule rule = {});
+
+/// The least chord error that distances between points can be held to in double precision: 1e-10 of their largest coordinate.
+double least_chord_error(std::span<const Eigen::Vector3d> points);
 
 struct ChordErrorOptions {
     std::optional<GradationOptions> gradation = {};  ///< that sizes have, and have again once they were lowered; without required sizes
@@ -51,8 +55,8 @@ struct ChordErrorResult {
 /// The smooth surface that is meshed is kept close to the triangulation. Distances are measured on all threads there are; the result is
 /// the same for any number.
 /// @param map          moved in, it is freed early; sizes to begin with, best by rule_within, graded, and raised beside frozen edges (see raise_to_held)
-/// @param chord_error  unit of length, > 0
-/// @throws std::invalid_argument if the chord error is not positive or hmin is negative, and for the gradation as grade does or where
+/// @param chord_error  unit of length, > 0, at least least_chord_error
+/// @throws std::invalid_argument if the chord error is not positive or too small, if hmin is negative, and for the gradation as grade does or where
 ///         sizes are required
 /// @throws std::length_error as remesh does
 ChordErrorResult remesh_within(const Triangulation& surface, TriangulationBackground map, double chord_error,
