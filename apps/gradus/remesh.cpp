@@ -141,6 +141,27 @@ Made mesh_patches(const Options& options, const std::optional<GradationOptions>&
     return made;
 }
 
+using Meshed = std::pair<std::shared_ptr<const Triangulation>, std::shared_ptr<const TriangulatedMesh>>;
+
+// Where a mesh does not keep the chord error: folds that were taken for noise, or for coarse rounds, may have to be features after all.
+// @returns the mesh that comes closest, with what it is a mesh of
+template <class MeshIt>
+Meshed keep_by_features(Meshed best, const Options& options, const MeshIt& mesh_it, Stages& stages) {
+    Meshed last = best;
+    auto& [surface, mesh] = last;
+    std::vector<Eigen::Vector3d> faults;
+    for (int attempt = 1; !mesh->kept && attempt <= kMostAttempts; ++attempt) {
+        faults.insert(faults.end(), mesh->faults.begin(), mesh->faults.end());
+        if (attempt > 1 || mesh->faults.size() > kFewFaults) faults.insert(faults.end(), mesh->stubborn.begin(), mesh->stubborn.end());
+        if (faults.size() > kMostFaults) break;
+        surface = stages.run("features", [&, &before = *surface] { return with_features_at(faults, options.in, before, options.surface, options.sizing); });
+        if (!surface) break;
+        mesh = mesh_it(*surface);
+        if (mesh->deviation.bound() < best.second->deviation.bound()) best = last;
+    }
+    return best;
+}
+
 Made mesh_triangles(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
     OrderedTriangulation ordered = stages.run("reading", [&] { return load_ordered(options.in, options.surface, options.sizing, options.session); });
     std::shared_ptr<const Triangulation> surface = std::move(ordered.surface);
@@ -164,19 +185,7 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     };
     auto mesh = mesh_it(*surface);
     const auto features_before = std::ssize(surface->features().edges());
-    // Folds that were taken for noise, or for coarse rounds, may have to be features after all.
-    auto last = std::pair(surface, mesh);
-    std::vector<Eigen::Vector3d> faults;
-    for (int attempt = 1; !last.second->kept && attempt <= kMostAttempts; ++attempt) {
-        const auto add = [&](const std::vector<Eigen::Vector3d>& places) { faults.insert(faults.end(), places.begin(), places.end()); };
-        add(last.second->faults);
-        if (attempt > 1 || last.second->faults.size() > kFewFaults) add(last.second->stubborn);
-        if (faults.size() > kMostFaults) break;
-        last.first = stages.run("features", [&] { return with_features_at(faults, options.in, *last.first, options.surface, options.sizing); });
-        if (!last.first) break;
-        last.second = mesh_it(*last.first);
-        if (last.second->deviation.bound() < mesh->deviation.bound()) std::tie(surface, mesh) = last;
-    }
+    std::tie(surface, mesh) = keep_by_features({surface, mesh}, options, mesh_it, stages);
     const auto features_added = std::ssize(surface->features().edges()) - features_before;
     const auto carried =
         std::make_shared<const Fields>(stages.run("fields", [&] { return carry(*surface, fields, mesh->result.mesh, options.out); }));

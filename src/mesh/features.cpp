@@ -1,6 +1,7 @@
 #include "gradus/mesh/features.hpp"
 
 #include "disjoint_sets.hpp"
+#include "gradus/mesh/closest.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -130,14 +131,11 @@ class Finder {
 
     // Whether an edge is where every fold is to be a feature.
     bool needs_features(int a, int b) const {
-        const Eigen::Vector3d along = points_[b] - points_[a];
-        const double length2 = along.squaredNorm();
-        const auto [left, right] = std::minmax(points_[a].x(), points_[b].x());
-        const auto first = std::lower_bound(places_.begin(), places_.end(), left - options_.reach, [](const Eigen::Vector3d& p, double x) { return p.x() < x; });
-        for (auto p = first; p != places_.end() && p->x() <= right + options_.reach; ++p) {
-            const double t = length2 > 0 ? std::clamp(along.dot(*p - points_[a]) / length2, 0.0, 1.0) : 0;
-            if ((points_[a] + t * along - *p).norm() <= options_.reach) return true;
-        }
+        const Eigen::Vector3d &p = points_[a], &q = points_[b];
+        const auto [left, right] = std::minmax(p.x(), q.x());
+        const auto first = std::lower_bound(places_.begin(), places_.end(), left - options_.reach, [](const Eigen::Vector3d& place, double x) { return place.x() < x; });
+        for (auto place = first; place != places_.end() && place->x() <= right + options_.reach; ++place)
+            if ((closest_point(*place, p, q, q) - *place).norm() <= options_.reach) return true;
         return false;
     }
 
