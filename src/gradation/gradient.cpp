@@ -159,7 +159,10 @@ class GradientLimiter {
     double steepness(int t) const;
     /// What `steepness` can be off by, because sizes are rounded.
     double rounding(int t) const;
-    bool too_steep(int t) const { return steepness(t) > bound_ * (1 + kTolerance / 2) + rounding(t); }
+    bool too_steep(int t) const {
+        const double steep = steepness(t), most = bound_ * (1 + kTolerance / 2);
+        return steep > most && steep > most + rounding(t);
+    }
     /// Rises of the corners b and c of triangle t above its smallest corner a (each 0, 1 or 2), at least cost, after which the
     /// triangle is no steeper than `bound`.
     std::array<double, 2> flat_rises(int t, int a, int b, int c, double bound) const;

@@ -51,8 +51,7 @@ void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen
     const double k = (2 / 1.7320508075688772) / (x.g * a.g * b.g), m = k * twice_area;
     const SizeTerm size = size_term(m);
     double value = shape + kSizeWeight * size.value;
-    const Eigen::Vector3d facing = n * i;
-    if (const double penalty = fold_penalty(least_agreement(x, a, b, facing)); penalty > 0) {
+    if (const double penalty = turn_penalty(x, a, b, n, twice_area); penalty > 0) {
         value += penalty;
         sum.folded = true;
     }
@@ -300,12 +299,6 @@ bool Editor::can_flip(int h) const {
     return spare(mesh_.origin(h)) && spare(mesh_.target(h)) && mesh_.find_edge(mesh_.apex(h), mesh_.apex(g)) < 0;
 }
 
-std::pair<double, double> Editor::flip_energies(int h) const {
-    const int g = mesh_.twin(h);
-    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
-    return {triangle_energy(v, w, c) + triangle_energy(w, v, d), triangle_energy(v, d, c) + triangle_energy(d, w, c)};
-}
-
 double Editor::flip_height(int h) const {
     const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(mesh_.twin(h))];
     const Eigen::Vector3d n = (w.p - v.p).cross(d.p - c.p);
@@ -313,9 +306,13 @@ double Editor::flip_height(int h) const {
     return length > 0 ? std::abs((c.p - v.p).dot(n)) / (length * std::min({v.h, w.h, c.h, d.h})) : std::numeric_limits<double>::infinity();
 }
 
-double Editor::flip_rise(int h) const {
-    const auto [before, after] = flip_energies(h);
-    return after - before;
+double Editor::flip_rise(int h, double enough) const {
+    const int g = mesh_.twin(h);
+    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
+    const double before = triangle_energy(v, w, c) + triangle_energy(w, v, d);
+    // No triangle has less than 1.
+    if (2 - before >= enough) return 2 - before;
+    return triangle_energy(v, d, c) + triangle_energy(d, w, c) - before;
 }
 
 bool Editor::bridges(const Vertex& a, const Vertex& b) const {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -78,6 +79,13 @@ inline double least_agreement(const Vertex& a, const Vertex& b, const Vertex& c,
     return std::min({agreement(a, facing), agreement(b, facing), agreement(c, facing)});
 }
 
+// Penalty of a triangle with the normal n, as long as twice the area.
+inline double turn_penalty(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& n, double twice_area) {
+    // Agreements are no less than the cosines with the vertices' normals, and most triangles do not turn that far.
+    if (std::min({n.dot(a.n), n.dot(b.n), n.dot(c.n)}) >= kFoldCosine * twice_area) return 0;
+    return fold_penalty(least_agreement(a, b, c, n / twice_area));
+}
+
 inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c) {
     const Eigen::Vector3d e1 = b.p - a.p, e2 = c.p - a.p;
     const Eigen::Vector3d n(e1.y() * e2.z() - e1.z() * e2.y(), e1.z() * e2.x() - e1.x() * e2.z(), e1.x() * e2.y() - e1.y() * e2.x());
@@ -85,7 +93,7 @@ inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c)
     if (!(twice_area > 0)) return 1e30;
     const double lengths = e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm();
     const double m = twice_area * (2 / 1.7320508075688772) / (a.g * b.g * c.g);
-    return lengths / (2 * 1.7320508075688772 * twice_area) + kSizeWeight * size_term(m).value + fold_penalty(least_agreement(a, b, c, n / twice_area));
+    return lengths / (2 * 1.7320508075688772 * twice_area) + kSizeWeight * size_term(m).value + turn_penalty(a, b, c, n, twice_area);
 }
 
 // Energy of a fan, for the aim at the worst: edges at a vertex are not to differ by much.
@@ -154,9 +162,8 @@ class Editor {
     bool collapse(int h);
     int split(int h);  // the new vertex, or -1
 
-    // Energy of the two triangles of h now, and after a flip.
-    std::pair<double, double> flip_energies(int h) const;
-    double flip_rise(int h) const;
+    // By how much the energy of the two triangles of h would rise; where that is `enough` or more, something between the two.
+    double flip_rise(int h, double enough = std::numeric_limits<double>::infinity()) const;
     double flip_height(int h) const;  // distance between the edges before and after, over the size
     // Longest over shortest edge at a vertex.
     double fan_ratio(int v) const;

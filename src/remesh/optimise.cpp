@@ -15,7 +15,7 @@ constexpr double kLongest = std::numbers::sqrt2;       // metric lengths between
 constexpr double kShortest = 1 / std::numbers::sqrt2;
 constexpr double kValenceWorth = 0.15;  // energy that one unit of valence penalty is worth to a flip
 constexpr int kFitRounds = 2;
-constexpr int kMostSplitPasses = 40;
+constexpr int kMostSplitPasses = 40, kMostCollapsePasses = 40;
 constexpr double kMostGrowth = 2;       // of the triangles there are, or are predicted, by splitting
 constexpr double kFlat = 0.02;  // height over the size, of flips that do not leave the surface however long the edges
 constexpr int kFlipsPerEdge = 10;
@@ -40,19 +40,66 @@ struct LengthAt {
     int halfedge;
 };
 
-// Each edge once, where `wanted` says so of its length; `possible` is a cheap test before that.
-template <class Possible, class Wanted>
-std::vector<LengthAt> edges_where(const Editor& editor, const OptimiseOptions& options, const Possible& possible, const Wanted& wanted) {
-    const Connectivity& mesh = editor.mesh();
-    std::vector<LengthAt> edges;
-    for (int h = 0; h < 3 * mesh.num_triangles(); ++h) {
-        if (!mesh.is_live_triangle(h / 3) || (mesh.twin(h) >= 0 && mesh.twin(h) < h)) continue;
-        if (!(options.is_active(mesh.origin(h)) || options.is_active(mesh.target(h))) || !possible(h)) continue;
-        const double length = editor.length(h);
-        if (wanted(length)) edges.push_back({length, h});
+// Metric lengths of the edges that are wanted: longer than, or shorter than, a limit.
+class EdgesByLength {
+  public:
+    enum class Wanted { Long, Short };
+    EdgesByLength(const Editor& editor, const OptimiseOptions& options, Wanted wanted, double limit)
+        : editor_(editor), options_(options), wanted_(wanted), limit_(limit) {}
+
+    // All of them, from the longest or the shortest on.
+    const std::vector<LengthAt>& list() {
+        edges_.clear();
+        for (int h = 0; h < 3 * editor_.mesh().num_triangles(); ++h)
+            if (editor_.mesh().is_live_triangle(h / 3)) offer(h);
+        sort();
+        return edges_;
     }
-    return edges;
-}
+
+    // The same after operations that changed no others than those of the triangles at some vertices.
+    const std::vector<LengthAt>& list_again(const std::vector<int>& changed) {
+        before_.swap(edges_);
+        edges_.clear();
+        for (const LengthAt& e : before_)
+            if (editor_.mesh().is_live_triangle(e.halfedge / 3)) offer(e.halfedge);
+        for (const int v : changed)
+            if (editor_.mesh().is_live_vertex(v))
+                editor_.mesh().for_each_outgoing(v, [&](int h) {
+                    for (const int e : {h, Connectivity::next(h), Connectivity::prev(h)}) offer(canonical(e));
+                });
+        sort();
+        const auto is_same = [](const LengthAt& a, const LengthAt& b) { return a.halfedge == b.halfedge; };
+        edges_.erase(std::unique(edges_.begin(), edges_.end(), is_same), edges_.end());
+        return edges_;
+    }
+
+  private:
+    int canonical(int h) const {
+        const int g = editor_.mesh().twin(h);
+        return g >= 0 ? std::min(g, h) : h;
+    }
+
+    void offer(int h) {
+        const Connectivity& mesh = editor_.mesh();
+        if (canonical(h) != h || !(options_.is_active(mesh.origin(h)) || options_.is_active(mesh.target(h)))) return;
+        // Cheap tests before the length.
+        const bool is_long = wanted_ == Wanted::Long;
+        if (is_long ? editor_.is_frozen(h) || editor_.longest_length(h) <= limit_ : editor_.shortest_length(h) >= limit_) return;
+        const double length = editor_.length(h);
+        if (is_long ? length > limit_ : length < limit_) edges_.push_back({length, h});
+    }
+
+    void sort() {
+        const double sign = wanted_ == Wanted::Long ? -1 : 1;
+        std::sort(edges_.begin(), edges_.end(), [sign](const LengthAt& a, const LengthAt& b) { return std::pair(sign * a.length, a.halfedge) < std::pair(sign * b.length, b.halfedge); });
+    }
+
+    const Editor& editor_;
+    const OptimiseOptions& options_;
+    Wanted wanted_;
+    double limit_;
+    std::vector<LengthAt> edges_, before_;
+};
 
 // Flips while energy plus weighted valence penalty falls: each flip lowers it, so this ends; the bound is for rounding.
 int flip_edges(Editor& editor, const OptimiseOptions& options, double highest = std::numeric_limits<double>::infinity()) {
@@ -68,7 +115,8 @@ int flip_edges(Editor& editor, const OptimiseOptions& options, double highest = 
         const int h = queue[i];
         queued[h] = 0;
         if (!editor.can_flip(h) || (std::isfinite(highest) && editor.flip_height(h) > highest)) continue;
-        if (editor.flip_rise(h) >= kValenceWorth * editor.flip_gain(h) - 1e-9 || !editor.flip(h)) continue;
+        const double most = kValenceWorth * editor.flip_gain(h) - 1e-9;
+        if (editor.flip_rise(h, most) >= most || !editor.flip(h)) continue;
         ++flips;
         const int g = mesh.twin(Connectivity::next(h));
         for (const int e : {h, Connectivity::prev(h), Connectivity::next(g), Connectivity::prev(g)}) {
@@ -92,40 +140,47 @@ double predicted_triangles(const Editor& editor, const OptimiseOptions& options)
 
 // Halves the edges that are too long, the longest first; where some are much too long, as those of needles are, flips between the passes.
 void split_long(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
+    EdgesByLength long_edges(editor, options, EdgesByLength::Wanted::Long, kLongest);
     double longer_than = std::numeric_limits<double>::infinity();
     const double most = editor.mesh().num_live_triangles() + kMostGrowth * predicted_triangles(editor, options);
+    std::vector<int> middles;
     for (int pass = 0; pass < kMostSplitPasses; ++pass) {
-        auto edges = edges_where(editor, options, [&](int h) { return !editor.is_frozen(h) && editor.longest_length(h) > kLongest; }, [](double l) { return l > kLongest; });
-        if (edges.empty()) break;
-        std::sort(edges.begin(), edges.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(-a.length, a.halfedge) < std::pair(-b.length, b.halfedge); });
-        const bool last = longer_than == kLongest;
-        longer_than = std::max(kLongest, std::min(longer_than, edges.front().length) / 2);
-        int done = 0;
+        const bool again = longer_than == kLongest;
+        const std::vector<LengthAt>& edges = again ? long_edges.list_again(middles) : long_edges.list();
         // Where a split leads to sizes ever smaller the mesh would grow without end.
-        if (editor.mesh().num_live_triangles() > most) break;
-        for (const LengthAt& e : edges)
-            if (e.length > longer_than && editor.length(e.halfedge) > longer_than && editor.split(e.halfedge) >= 0) ++done;
-        report.splits += done;
+        if (edges.empty() || editor.mesh().num_live_triangles() > most) break;
+        longer_than = std::max(kLongest, std::min(longer_than, edges.front().length) / 2);
+        middles.clear();
+        for (const LengthAt& e : edges) {
+            const int middle = e.length > longer_than && editor.length(e.halfedge) > longer_than ? editor.split(e.halfedge) : -1;
+            if (middle >= 0) middles.push_back(middle);
+        }
+        report.splits += static_cast<int>(middles.size());
         if (longer_than > kLongest) report.flips += flip_edges(editor, options, kFlat);
-        else if (last && done == 0) break;
+        else if (again && middles.empty()) break;
     }
 }
 
+// Collapses the edges that are too short, the shortest first.
 int collapse_short(Editor& editor, const OptimiseOptions& options) {
     const Connectivity& mesh = editor.mesh();
+    EdgesByLength short_edges(editor, options, EdgesByLength::Wanted::Short, kShortest);
+    const auto collapse = [&](int h) { return editor.can_collapse(h) && editor.collapse(h); };
     int collapses = 0;
-    for (int pass = 0; pass < 40; ++pass) {
-        auto edges = edges_where(editor, options, [&](int h) { return editor.shortest_length(h) < kShortest; }, [](double l) { return l < kShortest; });
-        std::sort(edges.begin(), edges.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(a.length, a.halfedge) < std::pair(b.length, b.halfedge); });
-        int done = 0;
+    std::vector<int> kept;
+    for (int pass = 0; pass < kMostCollapsePasses; ++pass) {
+        const std::vector<LengthAt>& edges = pass == 0 ? short_edges.list() : short_edges.list_again(kept);
+        kept.clear();
         for (const LengthAt& e : edges) {
             if (!mesh.is_live_triangle(e.halfedge / 3) || editor.length(e.halfedge) >= kShortest) continue;
             int h = e.halfedge, g = mesh.twin(h);
             if (g >= 0 && editor.collapse_gain(g) > editor.collapse_gain(h)) std::swap(h, g);
-            if ((editor.can_collapse(h) && editor.collapse(h)) || (g >= 0 && editor.can_collapse(g) && editor.collapse(g))) ++done;
+            const int origin = mesh.origin(h), target = mesh.target(h);
+            if (collapse(h)) kept.push_back(target);
+            else if (g >= 0 && collapse(g)) kept.push_back(origin);
         }
-        collapses += done;
-        if (done == 0) break;
+        collapses += static_cast<int>(kept.size());
+        if (kept.empty()) break;
     }
     return collapses;
 }

@@ -133,7 +133,13 @@ Vector3d TriangleSupport::point_at(const Place& place) const { return patch(plac
 
 Foot TriangleSupport::foot(const Place& place) const {
     const auto& [triangle, uv] = place.at;
-    Foot foot{place, patch(triangle).point(uv.x(), uv.y()), patch(triangle).normal(uv.x(), uv.y()), 0};
+    return foot_of({place, patch(triangle).point(uv.x(), uv.y()), patch(triangle).normal(uv.x(), uv.y()), 0});
+}
+
+// A point of the surface and its normal, which become the foot that they are of.
+Foot TriangleSupport::foot_of(Foot foot) const {
+    const Place& place = foot.place;
+    const int triangle = place.at.patch;
     foot.size = control_.size(foot.point, foot.place.cell);
     if (place.curve < 0) {
         if (surface_.folds_near(triangle)) spread_normals(foot);
@@ -158,7 +164,7 @@ Foot TriangleSupport::foot(const Place& place) const {
 Foot TriangleSupport::at_vertex(int vertex, int cell) const {
     const int h = surface_.mesh().outgoing(vertex);
     const auto [curve, t] = curve_of_[vertex];
-    return foot({{h / 3, on_halfedge(h, 0)}, curve, t, cell});
+    return foot_of({{{h / 3, on_halfedge(h, 0)}, curve, t, cell}, surface_.points()[vertex], surface_.normal_at_corner(h / 3, h % 3), 0});
 }
 
 std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& point, const Vector3d& target) const {

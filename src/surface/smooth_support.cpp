@@ -80,6 +80,7 @@ SmoothSupport::SmoothSupport(std::span<const Vector3d> points, const Connectivit
 }
 
 Vector3d SmoothSupport::facet_normal(int triangle) const {
+    if (const int kept = normal_near_folds_[triangle]; kept >= 0) return facet_normals_[kept];
     const Triangle v = mesh_->triangle(triangle);
     return (points_[v[1]] - points_[v[0]]).cross(points_[v[2]] - points_[v[0]]).stableNormalized();
 }
@@ -87,13 +88,13 @@ Vector3d SmoothSupport::facet_normal(int triangle) const {
 void SmoothSupport::find_folds() {
     const Connectivity& mesh = *mesh_;
     const int n = mesh.num_triangles();
-    folds_near_.assign(n, 0);
+    normal_near_folds_.assign(n, -1);
     std::vector<Vector3d> normals(n);
     for (int t = 0; t < n; ++t) normals[t] = facet_normal(t);
     std::vector<int> near;
     const auto reach = [&](int vertex) {
         mesh.for_each_outgoing(vertex, [&](int e) {
-            if (!folds_near_[e / 3]) folds_near_[e / 3] = 1, near.push_back(e / 3);
+            if (int& number = normal_near_folds_[e / 3]; number < 0) number = static_cast<int>(near.size()), near.push_back(e / 3);
         });
     };
     for (int h = 0; h < 3 * n; ++h) {
@@ -107,6 +108,8 @@ void SmoothSupport::find_folds() {
         for (; begin < end; ++begin)
             for (const int v : mesh.triangle(near[begin])) reach(v);
     }
+    facet_normals_.reserve(near.size());
+    for (const int t : near) facet_normals_.push_back(normals[t]);
 }
 
 void SmoothSupport::find_tangents(const Features& features) {
@@ -248,14 +251,16 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
             inner[k][i] = flat / 4 + off + std::clamp(height, -most, most) * facing;
         }
     }
-    // Where the vertices' normals say little of the facet, the facet says more.
-    for (int k = 0; k < 3; ++k) {
-        normals[k] = corner_normal(triangle, k);
-        const double cosine = normals[k].dot(facing);
-        if (cosine >= kNormalCosine) continue;
-        normals[k] = kNormalCosine * facing + std::sqrt(1 - kNormalCosine * kNormalCosine) * unit_or_zero(normals[k] - cosine * facing);
-    }
+    for (int k = 0; k < 3; ++k) normals[k] = held_normal(triangle, k, facing);
     return patch;
+}
+
+// Where the vertices' normals say little of the facet, the facet says more. @param facing  its own
+Vector3d SmoothSupport::held_normal(int triangle, int k, const Vector3d& facing) const {
+    const Vector3d& normal = corner_normal(triangle, k);
+    const double cosine = normal.dot(facing);
+    if (cosine >= kNormalCosine) return normal;
+    return kNormalCosine * facing + std::sqrt(1 - kNormalCosine * kNormalCosine) * unit_or_zero(normal - cosine * facing);
 }
 
 Vector3d GregoryPatch::point(double b, double c) const {

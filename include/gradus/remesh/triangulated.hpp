@@ -37,6 +37,7 @@ class TriangleSupport final : public Support {
     Place on_curve(int curve, double t, int cell) const;
     Eigen::Vector3d point_at(const Place& place) const;
     Foot foot(const Place& place) const;
+    Foot foot_of(Foot foot) const;
     void spread_normals(Foot& foot) const;
     void list_near(const Foot& foot) const;
     std::pair<Eigen::Vector3d, Eigen::Vector3d> farthest_apart(const Eigen::Vector3d& normal) const;

@@ -42,6 +42,8 @@ class SmoothSupport {
     Eigen::Vector3d point(int triangle, double b, double c) const { return patch(triangle).point(b, c); }
     /// At corner k of a triangle, on its side of features.
     const Eigen::Vector3d& corner_normal(int triangle, int k) const { return normals_[wedges_->of_corner[3 * triangle + k]]; }
+    /// What the patch has there, unit: not far off the facet's normal.
+    Eigen::Vector3d normal_at_corner(int triangle, int k) const { return held_normal(triangle, k, facet_normal(triangle)).stableNormalized(); }
     /// Point of the curve over half-edge h, s in [0, 1] from its origin.
     Eigen::Vector3d curve_point(int h, double s) const;
 
@@ -57,7 +59,7 @@ class SmoothSupport {
     Foot within(int triangle, const Eigen::Vector3d& p) const;
 
     /// Edges that are no features and yet turn by more than 40 degrees are folds: whether one is at this facet or within two rings.
-    bool folds_near(int triangle) const { return folds_near_[triangle]; }
+    bool folds_near(int triangle) const { return normal_near_folds_[triangle] >= 0; }
     static constexpr double kFold = 0.77;  ///< cosine of that angle
     /// Unit, or zero.
     Eigen::Vector3d facet_normal(int triangle) const;
@@ -71,11 +73,13 @@ class SmoothSupport {
     };
     Handles handles(int h) const;
     double width_beside(int h) const;
+    Eigen::Vector3d held_normal(int triangle, int k, const Eigen::Vector3d& facing) const;
     void turn_normals(const Features& features);
     void find_tangents(const Features& features);
     void find_folds();
 
-    std::vector<char> folds_near_;
+    std::vector<int> normal_near_folds_;      // of each triangle its number among the facet normals that are kept, or -1
+    std::vector<Eigen::Vector3d> facet_normals_;
     std::span<const Eigen::Vector3d> points_;
     const Connectivity* mesh_;
     const Wedges* wedges_;
