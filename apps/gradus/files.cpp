@@ -1,9 +1,11 @@
 #include "files.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 #include <utility>
@@ -163,6 +165,18 @@ void write_size_map(const std::string& path, const TriangleSoup& soup, const std
     else if (extension == ".vtu") write_mesh_data(path, {.soup = soup, .point_fields = {{.name = "size", .components = 1, .values = sizes}}});
     else if (extension == ".ply") write_coloured_ply(path, soup.points, soup.triangles, sizes, {.scale = Scale::Logarithmic});
     else write_sizes(path, sizes);
+}
+
+void check_holds(const std::string& path, std::span<const Eigen::Vector3d> points) {
+    if (extension_of(path) != ".stl") return;
+    const auto beyond = std::find_if(points.begin(), points.end(), [](const Eigen::Vector3d& p) { return !p.cast<float>().allFinite(); });
+    if (beyond != points.end())
+        throw Failure(fmt::format("{}: vertex {} is beyond single precision, which binary STL is limited to", path, beyond - points.begin() + 1));
+}
+
+void require_reached(const std::string& size_map, std::span<const double> graded) {
+    const auto unset = std::count_if(graded.begin(), graded.end(), [](double h) { return !std::isfinite(h); });
+    if (unset > 0) throw Failure(fmt::format("{}: {} vertices have no size, in parts of the surface where no vertex has one", size_map, unset));
 }
 
 std::string background_beside(const std::string& sizes) {

@@ -262,7 +262,10 @@ int info_of_mesh(const Options& options) {
         if (!options.out.empty()) {
             const bool fields = !result.point_fields.empty() || !result.cell_fields.empty();
             if (holds_fields(options.out)) write_mesh_data(options.out, result);
-            else write_mesh(options.out, result.soup);
+            else {
+                check_holds(options.out, result.soup.points);
+                write_mesh(options.out, result.soup);
+            }
             options.session.say("wrote " + options.out +
                                 (fields && !holds_fields(options.out) ? " without the fields; .msh .ply .vtu can hold them\n" : "\n"));
         }

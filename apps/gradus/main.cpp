@@ -51,6 +51,9 @@ int main(int argc, char** argv) {
         add_remesh(app, run);
         add_report(app, run);
         add_info(app, run);
+        // An unset variable of a script.
+        for (int i = 1; i < argc; ++i)
+            if (argv[i][0] == '\0') throw UsageError(std::string("an argument is empty") + (i > 1 ? std::string(", after ") + argv[i - 1] : ""));
         try {
             app.parse(argc, argv);
         } catch (const CLI::Success& help) {

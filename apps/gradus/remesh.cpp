@@ -114,7 +114,7 @@ Map make_map(const Options& options, const PatchModel& model, const std::optiona
     }
     map.sized = stages.run("size map", [&] { return read_map(options, model); });
     if (gradation) map.gradation = stages.run("gradation", [&] { return grade(map.sized.background.mesh, map.sized.sizes, *gradation); });
-    require_finite(options.sizes, map.sized.sizes);
+    gradation ? require_reached(options.sizes, map.sized.sizes) : require_finite(options.sizes, map.sized.sizes);
     return map;
 }
 
@@ -156,7 +156,11 @@ Meshed keep_by_features(Meshed best, const Options& options, const MeshIt& mesh_
         if (faults.size() > kMostFaults) break;
         surface = stages.run("features", [&, &before = *surface] { return with_features_at(faults, options.in, before, options.surface, options.sizing); });
         if (!surface) break;
-        mesh = mesh_it(*surface);
+        try {
+            mesh = mesh_it(*surface);
+        } catch (const std::length_error&) {
+            break;  // more triangles than there may be
+        }
         if (mesh->deviation.bound() < best.second->deviation.bound()) best = last;
     }
     return best;
@@ -246,6 +250,7 @@ int run_remesh(const Options& options) {
     const Made made = is_mesh(options.in) ? mesh_triangles(options, gradation, stages) : mesh_patches(options, gradation, stages);
     const SurfaceMesh& mesh = made.result.mesh;
     stages.run("writing", [&] {
+        for (const std::string& path : options.out) check_holds(path, mesh.points);
         for (const std::string& path : options.out) made.write(path);
     });
 
@@ -275,7 +280,7 @@ int run_remesh(const Options& options) {
                               : fmt::format("sizes: {}, {} vertices\n", options.sizes, grouped(made.background_vertices)));
         if (gradation) session.say(gradation_line(*gradation, *made.gradation, made.background_vertices));
         session.say(fmt::format("mesh: {} triangles ({} expected), {} vertices; area-length worst {:.3f}, mean {:.4f}\n",
-                                grouped(mesh.triangles.size()), grouped(std::llround(made.result.statistics.predicted_triangles)),
+                                grouped(mesh.triangles.size()), about(made.result.statistics.predicted_triangles),
                                 grouped(mesh.points.size()), shape.worst, shape.mean));
         session.say(made.note);
         if (offenders.num_groups > 0) session.say(to_text(offenders, kPlacesTold));
@@ -300,7 +305,8 @@ int run_remesh(const Options& options) {
         print(session, json);
     }
     if (!made.met) throw Failure(options.in + ": the mesh is written, but farther from it than the chord error asked for");
-    return met ? kMet : kFailed;
+    if (!met) throw Failure(options.in + ": the mesh is written, but its sizes change faster than asked for");
+    return kMet;
 }
 
 }  // namespace
@@ -334,7 +340,7 @@ void add_remesh(CLI::App& app, Run& run) {
     command.add_flag("--fast", options->fast, "Smooth shapes only, do not search for better ones");
     command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")
         ->type_name("N")
-        ->check(CLI::Range(100, 1'000'000'000).description(""));
+        ->check(CLI::Range(100, 700'000'000).description(""));
     command.add_option("--report", options->report, "Measure the mesh and write a report")->type_name("R.html|R.json");
     command.add_option("--pictures", options->pictures, "Draw pictures into this folder: the mesh, its sizes, enlargements; of triangulations the input too")->type_name("DIR");
     add_session(command, options->session);

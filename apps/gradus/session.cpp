@@ -60,6 +60,11 @@ std::string grouped(long long number) {
     return digits;
 }
 
+std::string about(double number) {
+    constexpr double kMostDigits = 1e15;
+    return std::abs(number) < kMostDigits ? grouped(std::llround(number)) : fmt::format("{:.3g}", number);
+}
+
 std::string aligned(const std::vector<std::vector<std::string>>& rows, const std::string& indent) {
     std::vector<std::size_t> width;
     for (const auto& row : rows) {

@@ -77,6 +77,8 @@ class Stages {
 /// 12345 as "12 345".
 std::string grouped(long long number);
 inline std::string grouped(std::size_t number) { return grouped(static_cast<long long>(number)); }
+/// The same of a number that may be too large for that: with three digits then.
+std::string about(double number);
 inline std::string grouped(int number) { return grouped(static_cast<long long>(number)); }
 
 /// Rows of cells with aligned columns, the first to the left, the others to the right; two spaces between.

@@ -104,7 +104,12 @@ int run_sizemap(const Options& options) {
     }
     const bool given = !options.background.empty() && std::filesystem::exists(options.background);
     const std::string mesh_path = options.background.empty() ? background_beside(options.out) : options.background;
-    const bool writes_mesh = !given && !(options.background.empty() && holds_mesh(options.out));
+    // The mesh that is read need not be written beside its sizes: its vertices are theirs, unless it is repaired.
+    std::error_code unknown;
+    const bool is_input = options.background.empty() && std::filesystem::equivalent(mesh_path, options.in, unknown);
+    if (is_input && options.surface.repair)
+        throw UsageError(fmt::format("{}: the background would take the place of the input; name another with --background", mesh_path));
+    const bool writes_mesh = !given && !is_input && !(options.background.empty() && holds_mesh(options.out));
     if (writes_mesh) {
         check_output(mesh_path, {FileKind::Mesh});
         check_distinct({options.out, mesh_path});
@@ -123,7 +128,7 @@ int run_sizemap(const Options& options) {
     const Session& session = options.session;
     session.say(map.surface);
     session.say(fmt::format("sizes: {}; {:.4g} to {:.4g} on the surface, {} triangles expected\n", to_text(map.rule), *smallest, *largest,
-                            grouped(std::llround(predicted))));
+                            about(predicted)));
     session.say(fmt::format("background: {} vertices, {} triangles, {}\n", grouped(map.sizes.size()), grouped(map.soup.triangles.size()), map.accuracy));
     session.say(fmt::format("H-shock {:.4g} at most, 99.9 % below {:.4g}; H-variation {:.4g} at most\n", measures.shock_max,
                             measures.shock_p999, measures.variation_max));

@@ -89,6 +89,7 @@ TriangleSoup load_soup(const std::string& path, const TriangulationChoice& choic
 // @param places  near which all folds are features
 std::unique_ptr<Triangulation> triangulation_of(const std::string& path, TriangleSoup soup, const TriangulationChoice& choice, const SizingOptions& sizing,
                                                 std::span<const Eigen::Vector3d> places = {}) {
+    if (std::isnan(choice.feature_angle)) throw UsageError("--feature-angle nan: not a number");
     TriangulationOptions options;
     options.features.angle = choice.feature_angle * std::numbers::pi / 180;
     options.features.weak_angle = std::min(options.features.weak_angle, 0.6 * options.features.angle);
@@ -125,12 +126,12 @@ OrderedTriangulation load_ordered(const std::string& path, const TriangulationCh
 }
 
 GivenSizes read_given_sizes(const std::string& sizes, const std::string& background, const Triangulation& surface) {
-    if (background.empty()) return {read_sizes(sizes, surface.soup().points.size())};
+    if (background.empty()) return {.sizes = read_sizes(sizes, surface.soup().points.size()), .path = sizes};
     TriangleSoup mesh = read_mesh(background);
     if (const std::string reasons = why_not_manifold(diagnose(mesh)); !reasons.empty())
         throw Failure(background + ": not an oriented manifold: " + reasons);
     std::vector<double> read = read_sizes(sizes, mesh.points.size());
-    return {std::move(read), std::move(mesh), background};
+    return {std::move(read), std::move(mesh), sizes, background};
 }
 
 namespace {
@@ -140,7 +141,7 @@ TriangulationBackground given_background(const Triangulation& surface, const Giv
     try {
         return make_background(surface, *given.background, given.sizes);
     } catch (const std::invalid_argument& error) {
-        throw Failure(given.path + ": " + error.what());
+        throw Failure(given.background_path + ": " + error.what());
     }
 }
 
@@ -158,6 +159,7 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     });
     mesh.background_vertices = map.sizes.size();
     if (gradation) stages.run("gradation", [&] { mesh.gradation = grade(map.background.mesh, map.sizes, *gradation); });
+    if (gradation && !given.sizes.empty()) require_reached(given.path, map.sizes);
     raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
     if (!mesh.chord_error) {
         const SmoothSupport support = surface.support();

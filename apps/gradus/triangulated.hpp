@@ -49,7 +49,7 @@ struct TriangulatedMesh {
 struct GivenSizes {
     std::vector<double> sizes = {};
     std::optional<TriangleSoup> background = {};  ///< at whose vertices they are; else at those of the triangulation
-    std::string path = {};                        ///< of the background
+    std::string path = {}, background_path = {};
 };
 /// As the command line names them. @throws Failure naming the file
 GivenSizes read_given_sizes(const std::string& sizes, const std::string& background, const Triangulation& surface);

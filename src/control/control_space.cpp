@@ -12,6 +12,9 @@ namespace gradus {
 namespace {
 
 constexpr double kInside = 1e-9;  // barycentric coordinates this far below 0 count as inside
+// A point this much nearer to a side of a triangle than it is high over it may be of the triangle beyond, where its height is less than half.
+constexpr double kSteepest = 4;   // tangent: folds of more than 166 degrees aside
+constexpr double kLower2 = 0.25;
 constexpr int kMostSteps = 10000; // a walk is a few steps long; the bound only stops one that circles
 
 // Weights of the corners after those that are negative are dropped.
@@ -120,13 +123,59 @@ ControlSpace::ControlSpace(const Background& background, std::span<const double>
     }
 }
 
+namespace {
+
+// Squared height of d over the plane of a cell, and the squared length of the normal that it is a multiple of: 0 without area.
+std::pair<double, double> height2_times(const Eigen::Vector3d& ga, const Eigen::Vector3d& gb, const Eigen::Vector3d& d) {
+    const Eigen::Vector3d n = ga.cross(gb);
+    const double along = n.dot(d);
+    return {along * along, n.squaredNorm()};
+}
+
+}  // namespace
+
+// Where p is over a triangle, but not on it: the one that it may be on, beyond a fold, or -1.
+int ControlSpace::beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b) const {
+    const Cell& cell = cells_[triangle];
+    const auto [height2, normal2] = height2_times(cell.ga, cell.gb, p - cell.p0);
+    // Whether p is much less high over a cell, and on its side of what leads there from another one.
+    const auto is_lower = [&, height = height2, normal = normal2](int t, int from) {
+        const Cell& other = cells_[t];
+        const Eigen::Vector3d d = p - other.p0;
+        const auto [other_height2, other_normal2] = height2_times(other.ga, other.gb, d);
+        if (!(other_height2 * normal < kLower2 * height * other_normal2)) return false;
+        const double x = other.ga.dot(d), y = other.gb.dot(d);
+        const std::array<double, 3> v{1 - x - y, x, y};
+        for (int j = 0; j < 3; ++j)
+            if (other.neighbour[j] == from && v[j] >= -kInside) return true;
+        return false;
+    };
+    const std::array<double, 3> w{1 - a - b, a, b}, slope2{(cell.ga + cell.gb).squaredNorm(), cell.ga.squaredNorm(), cell.gb.squaredNorm()};
+    for (int k = 0; k < 3; ++k) {
+        // w over the slope is the distance from the side opposite to corner k.
+        const int beside = cell.neighbour[k];
+        if (!(w[k] * w[k] * normal2 < kSteepest * kSteepest * height2 * slope2[k]) || beside < 0) continue;
+        if (is_lower(beside, triangle)) return beside;
+        // Near a corner the fold may be a side of that one.
+        for (const int next : cells_[beside].neighbour)
+            if (next >= 0 && next != triangle && is_lower(next, beside)) return next;
+    }
+    return -1;
+}
+
 double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
     int came_from = -1;
     for (int step = 0; step < kMostSteps; ++step) {
         const Cell& cell = cells_[triangle];
         const Eigen::Vector3d d = p - cell.p0;
         const double a = cell.ga.dot(d), b = cell.gb.dot(d);
-        if (a >= -kInside && b >= -kInside && a + b <= 1 + kInside) return std::exp(cell.log0 + a * cell.da + b * cell.db);
+        if (a >= -kInside && b >= -kInside && a + b <= 1 + kInside) {
+            const int beyond = beyond_fold(p, triangle, a, b);
+            if (beyond < 0) return std::exp(cell.log0 + a * cell.da + b * cell.db);
+            came_from = triangle;
+            triangle = beyond;
+            continue;
+        }
         const int out = way_out(a, b, cell.neighbour);
         // Over a convex edge neither triangle holds the point: the walk would go to and fro.
         if (out < 0 || cell.neighbour[out] == came_from) {

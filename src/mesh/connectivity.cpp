@@ -123,6 +123,7 @@ Connectivity Connectivity::renumbered(const Numbering& numbering) const {
 }
 
 int Connectivity::find_edge(int a, int b) const {
+    if (!is_live_vertex(a)) return kNone;
     int found = kNone;
     for_each_outgoing(a, [&](int h) {
         if (target(h) == b) found = h;

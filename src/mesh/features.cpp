@@ -277,30 +277,24 @@ class Finder {
         ++degree_[mesh_.target(edge)];
     }
 
-    // Takes away creases of few edges that end freely. What hangs together is followed from its free end.
+    // Takes away creases of few edges that end freely, all at once. What hangs together is followed from its free end.
     void drop_short() {
+        std::vector<int> dropped;
         for (int v = 0; v < mesh_.num_vertices(); ++v) {
             if (degree_[v] != 1) continue;
             std::vector<int> edges;
             int at = v;
-            bool joins = false;
             while (static_cast<int>(edges.size()) < options_.shortest) {
                 const auto [following, beyond] = follow(at, [&](int e) { return is_feature(e) && (edges.empty() || e != edges.back()); });
-                if (following < 0) break;
-                if (kind_[following] == Kind::Certain) {
-                    joins = true;
-                    break;
-                }
+                if (following < 0 || kind_[following] == Kind::Certain) break;
                 edges.push_back(following);
                 at = beyond;
-                if (degree_[at] != 2) {
-                    joins = degree_[at] > 2;
-                    break;
-                }
+                if (degree_[at] != 2) break;
             }
-            if (static_cast<int>(edges.size()) >= options_.shortest || (joins && edges.empty())) continue;
-            for (const int e : edges) drop(e);
+            if (static_cast<int>(edges.size()) < options_.shortest) dropped.insert(dropped.end(), edges.begin(), edges.end());
         }
+        for (const int e : dropped)
+            if (kind_[e] == Kind::Crease) drop(e);  // those between two free ends are named twice
     }
 
     // What hangs together of features.

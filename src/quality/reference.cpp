@@ -22,6 +22,8 @@ constexpr double kSamePlace = 1e-6;  // of the diagonal: what a file in single p
 constexpr std::size_t kGrain = 256;
 constexpr double kDegrees = 180 / std::numbers::pi;
 
+constexpr double kLargestCoordinate = 1e100;  // beyond it squares of squared distances are no numbers
+
 const MeshView& checked(const MeshView& surface, const char* what) {
     if (surface.triangles.empty()) throw std::invalid_argument(std::string("Reference: ") + what + " has no triangles");
     for (std::size_t t = 0; t < surface.triangles.size(); ++t)
@@ -30,6 +32,8 @@ const MeshView& checked(const MeshView& surface, const char* what) {
             if (!known || !surface.points[v].allFinite())
                 throw std::invalid_argument(std::string("Reference: triangle ") + std::to_string(t) + " of " + what + " has vertex " +
                                             std::to_string(v) + (known ? ", which is not finite" : ", which there is not"));
+            if (surface.points[v].cwiseAbs().maxCoeff() > kLargestCoordinate)
+                throw std::invalid_argument(std::string("Reference: vertex ") + std::to_string(v) + " of " + what + " is beyond 1e100");
         }
     return surface;
 }

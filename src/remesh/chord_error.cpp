@@ -69,17 +69,21 @@ class RoundsAtPlaces {
   public:
     explicit RoundsAtPlaces(double width) : width_(width) {}
 
-    // Counts a round once, however often it is told. @returns the number of rounds at that place
-    int count(const Vector3d& p, int round) {
+    void begin_round() { ++round_; }
+
+    // Counts this round once, however often it is told of a place. @returns the number of rounds there, and whether this one was counted now
+    std::pair<int, bool> count(const Vector3d& p) {
         Rounds& rounds = at_[{std::lround(p.x() / width_), std::lround(p.y() / width_), std::lround(p.z() / width_)}];
-        if (rounds.last < round) rounds = {round, rounds.number + 1};
-        return rounds.number;
+        const bool is_first = rounds.last < round_;
+        if (is_first) rounds = {round_, rounds.number + 1};
+        return {rounds.number, is_first};
     }
 
   private:
     struct Rounds {
-        int last = -1, number = 0;
+        int last = 0, number = 0;
     };
+    int round_ = 0;
     double width_;
     std::map<std::array<long, 3>, Rounds> at_;
 };
@@ -147,6 +151,7 @@ class ChordErrorCheck : public MeshChecks {
         if (!any) return std::nullopt;
         before_ = {made_.map, made_.lowerings};
         progress_ = {};
+        second_chances_ = kSecondChances;
         return go_on_with(mesh, std::move(sizes));
     }
 
@@ -181,7 +186,8 @@ class ChordErrorCheck : public MeshChecks {
         if (auto sizes = lower_sizes(mesh, at_fault, kLeast, in_vain)) return sizes;
         // What broke may not break again once all around it has changed.
         const std::pair chance(at_fault.size(), proved_.deviation.bound());
-        if (in_vain.empty() || second_chances_-- == 0 || std::exchange(last_chance_, chance) == chance) return std::nullopt;
+        if (in_vain.empty() || second_chances_ == 0 || std::exchange(last_chance_, chance) == chance) return std::nullopt;
+        --second_chances_;
         return lower_sizes(mesh, at_fault, kLeast, {});
     }
 
@@ -212,12 +218,13 @@ class ChordErrorCheck : public MeshChecks {
     bool lower_at(const SurfaceMesh& mesh, std::span<const TooFar> far, double least, std::span<const Vector3d> in_vain,
                   std::vector<double>& sizes) {
         bool any = false;
+        lowered_at_.begin_round();
         for (const TooFar& f : far) {
             const Triangle& corners = mesh.triangles[f.triangle];
             if (is_around(mesh.points[corners[0]], mesh.sizes[corners[0]], in_vain)) continue;
-            const int times = lowered_at_.count(f.point, made_.lowerings);
+            const auto [times, is_first] = lowered_at_.count(f.point);
             if (times > kMostAtOnePlace) continue;
-            if (times == kStubborn) made_.stubborn.push_back(closest_on_surface(f));
+            if (times == kStubborn && is_first) made_.stubborn.push_back(closest_on_surface(f));
             const double factor = factor_for(f.distance, times, least);
             for (const int v : corners) {
                 const double size = std::max(factor * mesh.sizes[v], options_.hmin);

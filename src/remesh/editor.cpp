@@ -98,19 +98,20 @@ void add_edge(const Vertex& x, const Vertex& a, const Eigen::Vector3d& u, Aim ai
 // Normal, as long as twice the area.
 Eigen::Vector3d area_vector(const Vertex& a, const Vertex& b, const Vertex& c) { return (b.p - a.p).cross(c.p - a.p); }
 
-// What an operation may make of the triangles that it replaces: none that is degenerate or folded, unless one of those was worse.
+// What an operation may make of the triangles that it replaces: none that is degenerate or folded, unless one of those was worse. Sizes do
+// not matter: where they are much smaller than the triangle, that is to be divided.
 class Legality {
   public:
     // A triangle that goes.
     void had(const Vertex& a, const Vertex& b, const Vertex& c) {
-        const double energy = triangle_energy(a, b, c);
+        const double energy = triangle_energy(a, b, c, 0);
         energy_ = std::max(energy_, energy);
         if (energy > kLegalEnergy) fold_ = std::max(fold_, fold_of(a, b, c));
     }
     // @param instead_of  normal of what the triangle that comes is in the place of, of any length
     // @param worse       by how much its energy may be above that of those that went
     bool allows(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& instead_of, double worse = 1) const {
-        const double energy = triangle_energy(a, b, c);
+        const double energy = triangle_energy(a, b, c, 0);
         // Corners do not know on which side the surface is: between three of them, beside a notch, a triangle may be outside.
         if (a.lean == kAnyNormal && b.lean == kAnyNormal && c.lean == kAnyNormal && !(area_vector(a, b, c).dot(instead_of) > 0)) return false;
         // Needles have a large energy too, which is no leave to fold.
@@ -187,7 +188,7 @@ double Editor::relax(int v, Aim aim) {
             const Eigen::Vector3d d = vertices_[other].p - x.p;
             u += u.dot(d) < 0 ? Eigen::Vector3d(-d) : d;
         });
-        if (u.isZero()) return 0;
+        if (!(u.squaredNorm() > 0)) return 0;
         u.normalize();
     } else {
         u = any_tangent(x.n);
@@ -281,14 +282,6 @@ int Editor::collapse_gain(int h) const {
     int gain = of(v, 0) + of(w, 0) - of(w, mesh_.valence(v) - 2 - shared);
     gain += of(mesh_.apex(h), 0) - of(mesh_.apex(h), -1);
     if (g >= 0) gain += of(mesh_.apex(g), 0) - of(mesh_.apex(g), -1);
-    return gain;
-}
-
-int Editor::split_gain(int h) const {
-    const int g = mesh_.twin(h);
-    const auto of = [&](int x, int by) { return valence_penalty(x, by); };
-    int gain = of(mesh_.apex(h), 0) - of(mesh_.apex(h), 1) - (g < 0 ? penalty(3, true) : penalty(4, false));
-    if (g >= 0) gain += of(mesh_.apex(g), 0) - of(mesh_.apex(g), 1);
     return gain;
 }
 
@@ -556,7 +549,7 @@ bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
     std::vector<int> region = inner;
     add_ring(region);
     const double enough = below(energy_around(region, Aim::Worst, mean));
-    Trial &one = trials_[0], &two = trials_[1];
+    Trial& one = trials_[0];
     if (!begin(one, first, h)) {
         roll_back(one);
         return false;
@@ -569,14 +562,11 @@ bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
     mesh_.record(nullptr);
 
     std::vector<int> candidates;
-    for (const int v : one.around)
-        if (mesh_.is_live_vertex(v))
-            mesh_.for_each_outgoing(v, [&](int e) {
-                candidates.push_back(e);
-                candidates.push_back(Connectivity::next(e));
-            });
-    for (const int e : candidates)
+    std::erase_if(one.around, [&](int v) { return !mesh_.is_live_vertex(v); });
+    add_halfedges_around(mesh_, one.around, candidates);
+    const bool improved = any_halfedge(mesh_, candidates, [&](int e, bool is_first) {
         for (const Operation second : {Operation::Flip, Operation::Collapse, Operation::Split}) {
+            if (!is_first && second != Operation::Collapse) continue;
             const double l = length(e);
             const bool possible = second == Operation::Flip ? can_flip(e) : second == Operation::Collapse ? l < 1 && can_collapse(e) : l > 1;
             if (!possible) continue;
@@ -585,35 +575,40 @@ bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
                                  : second == Operation::Collapse ? collapse_gain(e) >= 0
                                                                  : false;
             if (search == Search::Quick && !hopeful) continue;
-            bool done = begin(two, second, e);
-            if (done) {
-                const std::size_t known = region.size();
-                if (second == Operation::Split) region.push_back(two.around.front());
-                std::vector<int> around = two.around;
-                for (const int v : inner)
-                    if (std::find(around.begin(), around.end(), v) == around.end()) around.push_back(v);
-                std::erase_if(around, [&](int v) { return std::find(region.begin(), region.end(), v) == region.end(); });
-                double last = std::numeric_limits<double>::infinity();
-                for (int round = 0; round < kPairRounds; ++round) {
-                    for (const int v : around)
-                        if (mesh_.is_live_vertex(v)) relax(v, Aim::Worst);
-                    const double after = energy_around(region, Aim::Worst, mean);
-                    done = after < enough;
-                    if (after > enough && after - enough > 2 * (kPairRounds - round) * (last - after)) break;
-                    last = after;
-                }
-                if (done) done = is_allowed(around);
-                region.resize(known);
-                if (done) {
-                    two.around = around;
-                    keep(two);
-                    return true;
-                }
-            }
-            roll_back(two);
+            if (attempt_second(second, e, inner, region, enough, mean)) return true;
         }
-    roll_back(one);
-    return false;
+        return false;
+    });
+    if (!improved) roll_back(one);
+    return improved;
+}
+
+// @param inner  vertices that relax  @param region  those around which the energy is to be below `enough`
+bool Editor::attempt_second(Operation second, int h, const std::vector<int>& inner, std::vector<int>& region, double enough, double mean) {
+    Trial& trial = trials_[1];
+    bool done = begin(trial, second, h);
+    if (done) {
+        const std::size_t known = region.size();
+        if (second == Operation::Split) region.push_back(trial.around.front());
+        std::vector<int> around = trial.around;
+        for (const int v : inner) add_once(around, v);
+        std::erase_if(around, [&](int v) { return std::find(region.begin(), region.end(), v) == region.end(); });
+        double last = std::numeric_limits<double>::infinity();
+        for (int round = 0; round < kPairRounds; ++round) {
+            for (const int v : around)
+                if (mesh_.is_live_vertex(v)) relax(v, Aim::Worst);
+            const double after = energy_around(region, Aim::Worst, mean);
+            done = after < enough;
+            if (after > enough && after - enough > 2 * (kPairRounds - round) * (last - after)) break;
+            last = after;
+        }
+        if (done) done = is_allowed(around);
+        region.resize(known);
+        trial.around = around;
+    }
+    if (done) keep(trial);
+    else roll_back(trial);
+    return done;
 }
 
 // Applies a way to mend and relaxes what is around, recording; a vertex that comes is added. @returns the energy around that leaves

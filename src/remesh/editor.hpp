@@ -86,14 +86,15 @@ inline double turn_penalty(const Vertex& a, const Vertex& b, const Vertex& c, co
     return fold_penalty(least_agreement(a, b, c, n / twice_area));
 }
 
-inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c) {
+// @param size_weight  0 for the shape alone
+inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c, double size_weight = kSizeWeight) {
     const Eigen::Vector3d e1 = b.p - a.p, e2 = c.p - a.p;
     const Eigen::Vector3d n(e1.y() * e2.z() - e1.z() * e2.y(), e1.z() * e2.x() - e1.x() * e2.z(), e1.x() * e2.y() - e1.y() * e2.x());
     const double twice_area = std::sqrt(n.squaredNorm());
     if (!(twice_area > 0)) return 1e30;
     const double lengths = e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm();
     const double m = twice_area * (2 / 1.7320508075688772) / (a.g * b.g * c.g);
-    return lengths / (2 * 1.7320508075688772 * twice_area) + kSizeWeight * size_term(m).value + turn_penalty(a, b, c, n, twice_area);
+    return lengths / (2 * 1.7320508075688772 * twice_area) + size_weight * size_term(m).value + turn_penalty(a, b, c, n, twice_area);
 }
 
 // Energy of a fan, for the aim at the worst: edges at a vertex are not to differ by much.
@@ -125,6 +126,28 @@ inline constexpr int kFrozenTag = 1 << 30;
 inline int frozen_tag(int tag) { return kFrozenTag + 1 + tag; }
 inline int thawed_tag(int tag) { return tag >= kFrozenTag ? tag - kFrozenTag - 1 : tag; }
 
+inline void add_once(std::vector<int>& list, int item) {
+    if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+}
+
+// Adds the half-edges that leave some vertices, and those opposite to them in their triangles, that are not in the list yet.
+template <class Vertices>
+void add_halfedges_around(const Connectivity& mesh, const Vertices& vertices, std::vector<int>& halfedges) {
+    for (const int v : vertices)
+        mesh.for_each_outgoing(v, [&](int h) {
+            add_once(halfedges, h);
+            add_once(halfedges, Connectivity::next(h));
+        });
+}
+
+// Calls use(half-edge, whether it is the first of its edge) for each in a list, until that returns true. @returns whether it did
+template <class Use>
+bool any_halfedge(const Connectivity& mesh, const std::vector<int>& halfedges, const Use& use) {
+    for (auto at = halfedges.begin(); at != halfedges.end(); ++at)
+        if (use(*at, std::find(halfedges.begin(), at, mesh.twin(*at)) == at)) return true;
+    return false;
+}
+
 class Editor {
   public:
     Editor(const Support& support, std::vector<Vertex> vertices, Connectivity mesh)
@@ -151,7 +174,6 @@ class Editor {
     // Valence penalty: sum of squared distances from six (inside) or four (boundary).
     int flip_gain(int h) const;  // > 0 when the flip lowers the penalty
     int collapse_gain(int h) const;
-    int split_gain(int h) const;
 
     bool is_frozen(int h) const { return mesh_.tag(h) >= kFrozenTag; }
     bool is_frozen_triangle(int t) const { return is_frozen(3 * t) && is_frozen(3 * t + 1) && is_frozen(3 * t + 2); }
@@ -234,6 +256,7 @@ class Editor {
         std::vector<int> around;  // vertices that relax
     };
     bool begin(Trial& trial, Operation operation, int h);
+    bool attempt_second(Operation second, int h, const std::vector<int>& inner, std::vector<int>& region, double enough, double mean);
     void keep(const Trial& trial);
     void roll_back(Trial& trial);
 

@@ -1,5 +1,7 @@
 #include "optimise.hpp"
 
+#include <fmt/format.h>
+
 #include <deque>
 #include <map>
 #include <numbers>
@@ -111,7 +113,8 @@ int flip_edges(Editor& editor, const OptimiseOptions& options, double highest = 
         if (mesh.is_live_triangle(h / 3) && mesh.twin(h) > h && (options.is_active(mesh.origin(h)) || options.is_active(mesh.target(h))))
             queue.push_back(h), queued[h] = 1;
     int flips = 0;
-    for (std::size_t i = 0; i < queue.size() && flips < kFlipsPerEdge * halfedges; ++i) {
+    const long most_flips = static_cast<long>(kFlipsPerEdge) * halfedges / 2;
+    for (std::size_t i = 0; i < queue.size() && flips < most_flips; ++i) {
         const int h = queue[i];
         queued[h] = 0;
         if (!editor.can_flip(h) || (std::isfinite(highest) && editor.flip_height(h) > highest)) continue;
@@ -274,27 +277,20 @@ void attempt_for_mean(Editor& editor, const OptimiseOptions& options, OptimiseRe
 }
 
 // Tries operations on the edges of a bad triangle, then on those around its corners. @returns whether one was kept
-bool improve_around(Editor& editor, int t, const Triangle& corners, double mean, OptimiseReport& report) {
+bool improve_around(Editor& editor, int t, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     std::vector<int> candidates{3 * t, 3 * t + 1, 3 * t + 2};
-    for (const int v : corners)
-        mesh.for_each_outgoing(v, [&](int h) {
-            candidates.push_back(h);
-            candidates.push_back(Connectivity::next(h));
-        });
-    for (const int h : candidates) {
-        if (!mesh.is_live_triangle(h / 3)) continue;
+    add_halfedges_around(mesh, mesh.triangle(t), candidates);
+    const bool improved = any_halfedge(mesh, candidates, [&](int h, bool is_first) {
         const auto attempt = [&](Editor::Operation operation) {
             ++report.worst_attempts;
             return editor.attempt(operation, h, Aim::Worst, mean, Editor::Reach::Wide);
         };
-        if ((worth_a_flip(editor, h, Editor::kHopefulRise, 0) && attempt(Editor::Operation::Flip)) ||
-            (editor.length(h) < 1 && editor.collapse_gain(h) >= 0 && editor.can_collapse(h) && attempt(Editor::Operation::Collapse))) {
-            ++report.worst_kept;
-            return true;
-        }
-    }
-    return false;
+        return (is_first && worth_a_flip(editor, h, Editor::kHopefulRise, 0) && attempt(Editor::Operation::Flip)) ||
+               (editor.length(h) < 1 && editor.collapse_gain(h) >= 0 && editor.can_collapse(h) && attempt(Editor::Operation::Collapse));
+    });
+    report.worst_kept += improved;
+    return improved;
 }
 
 // Tries pairs of operations, the first on an edge of the triangle or, where its shape is very bad, of one around its corners.
@@ -302,27 +298,20 @@ bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseR
     const Connectivity& mesh = editor.mesh();
     std::vector<int> edges{3 * t, 3 * t + 1, 3 * t + 2};
     const auto search = editor.quality(t) < goal - kVeryBad ? Editor::Search::Thorough : Editor::Search::Quick;
-    if (search == Editor::Search::Thorough)
-        for (const int v : mesh.triangle(t))
-            mesh.for_each_outgoing(v, [&](int h) {
-                edges.push_back(h);
-                edges.push_back(Connectivity::next(h));
-            });
+    if (search == Editor::Search::Thorough) add_halfedges_around(mesh, mesh.triangle(t), edges);
     const long last_move = editor.moves() + kMovesByPairs;
-    for (const int h : edges) {
-        if (editor.moves() > last_move) break;
+    const bool improved = any_halfedge(mesh, edges, [&](int h, bool is_first) {
+        if (!is_first || editor.moves() > last_move) return false;
         const int g = mesh.twin(h);
         const auto attempt = [&](Editor::Operation operation, int halfedge) {
             ++report.worst_attempts;
             return editor.attempt_pair(operation, halfedge, mean, search);
         };
-        if ((editor.can_flip(h) && attempt(Editor::Operation::Flip, h)) || (editor.can_collapse(h) && attempt(Editor::Operation::Collapse, h)) ||
-            (g >= 0 && editor.can_collapse(g) && attempt(Editor::Operation::Collapse, g)) || attempt(Editor::Operation::Split, h)) {
-            ++report.worst_kept;
-            return true;
-        }
-    }
-    return false;
+        return (editor.can_flip(h) && attempt(Editor::Operation::Flip, h)) || (editor.can_collapse(h) && attempt(Editor::Operation::Collapse, h)) ||
+               (g >= 0 && editor.can_collapse(g) && attempt(Editor::Operation::Collapse, g)) || attempt(Editor::Operation::Split, h);
+    });
+    report.worst_kept += improved;
+    return improved;
 }
 
 // Tries to push its corners out of where they are stuck.
@@ -405,7 +394,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 };
                 if (const auto last = hopeless.find(corners); last != hopeless.end() && was_tried(last->second)) continue;
                 const bool moved = editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
-                if ((moved && standing_of(t) >= goal) || improve_around(editor, t, corners, mean, report) || by_last_resorts(t))
+                if ((moved && standing_of(t) >= goal) || improve_around(editor, t, mean, report) || by_last_resorts(t))
                     ++kept_now;
                 else
                     hopeless[corners] = {standing_of(t), goal, depth_at(standing_of(t))};
@@ -461,8 +450,7 @@ void take_report(const OptimiseReport& report, RemeshStatistics& statistics) {
 
 void check_estimate(double predicted, const RemeshOptions& options) {
     if (predicted > options.max_triangles)
-        throw std::length_error("the size map asks for about " + std::to_string(static_cast<long long>(predicted)) + " triangles, more than " +
-                                std::to_string(static_cast<long long>(options.max_triangles)));
+        throw std::length_error(fmt::format("the size map asks for about {:.15g} triangles, more than {:.0f}", predicted, options.max_triangles));
 }
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock) {

@@ -18,6 +18,7 @@ using Eigen::Vector3d;
 constexpr double kNear2 = 1e-2;  // squared: a tenth of the way is near enough
 constexpr int kMostSteps = 3;
 constexpr double kLongestSection = 4;  // between two places, over their distance
+constexpr double kOnSide = 1e-12;        // weights of a corner below this are rounding: a place is on the side opposite to it
 constexpr double kInside = 0.02;           // least weight of a corner, off the sides of a facet
 constexpr double kAside2 = 1e-6, kInLine2 = 1e-2;  // squared, over the distance of two places
 constexpr double kNearFold = 0.25;       // over the size
@@ -180,8 +181,8 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& poi
     };
     for (int k = 0; k < 3; ++k) {
         const int side = 3 * triangle + (k + 1) % 3;
-        if (w[k] == 1) mesh.for_each_outgoing(mesh.origin(3 * triangle + k), [&](int h) { try_from(h / 3); });
-        else if (w[k] == 0 && mesh.tag(side) >= 0 && mesh.twin(side) >= 0) try_from(mesh.twin(side) / 3);
+        if (w[k] >= 1 - kOnSide) mesh.for_each_outgoing(mesh.origin(3 * triangle + k), [&](int h) { try_from(h / 3); });
+        else if (w[k] <= kOnSide && mesh.tag(side) >= 0 && mesh.twin(side) >= 0) try_from(mesh.twin(side) / 3);
     }
     if (best.barred) return std::nullopt;
     const auto foot_at = [&](const SmoothSupport::Foot& at) {
@@ -207,13 +208,12 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& poi
 // Calls use(triangle, weights of its corners) for the triangles that hold a place: several where it is on an edge or at a vertex.
 template <class Use>
 void TriangleSupport::for_each_holder(const Place& place, const Use& use) const {
-    constexpr double kNone = 1e-12;  // weights below this are none
     using Weights = std::array<double, 3>;
     const Connectivity& mesh = surface_.mesh();
     const int triangle = place.at.patch;
     const Weights w = weights_of(place);
     for (int k = 0; k < 3; ++k) {
-        if (w[k] < 1 - kNone) continue;
+        if (w[k] < 1 - kOnSide) continue;
         mesh.for_each_outgoing(mesh.origin(3 * triangle + k), [&](int h) {
             Weights at{0, 0, 0};
             at[h % 3] = 1;
@@ -224,7 +224,7 @@ void TriangleSupport::for_each_holder(const Place& place, const Use& use) const 
     use(triangle, w);
     for (int k = 0; k < 3; ++k) {
         const int side = 3 * triangle + (k + 1) % 3, g = mesh.twin(side);
-        if (w[k] > kNone || g < 0) continue;
+        if (w[k] > kOnSide || g < 0) continue;
         Weights at{0, 0, 0};
         at[g % 3] = w[(k + 2) % 3];
         at[Connectivity::next(g) % 3] = w[(k + 1) % 3];
@@ -261,7 +261,8 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
     const auto follow = [&](int h) -> std::optional<double> {
         section_.clear();
         Vector3d here = from;
-        for (double length = 0; length <= most;) {
+        // No triangle is crossed twice.
+        for (double length = 0; length <= most && std::ssize(section_) < mesh.num_triangles();) {
             const Vector3d next = on_edge(h, cut(h));
             if (section_.empty() && (next - from).dot(along) <= 0) return std::nullopt;
             length += (next - here).norm();
@@ -305,7 +306,7 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
         if (is_goal(first)) return offer(first, (from + to) / 2);
         for (int k = 0; k < 3; ++k) {
             const int h = 3 * first + (k + 1) % 3;
-            if (w[k] == 0 || !is_cut(h)) continue;
+            if (w[k] <= kOnSide || !is_cut(h)) continue;
             if (const auto length = follow(h)) {
                 const auto [triangle, p] = half_way(*length);
                 offer(triangle, p);
@@ -504,10 +505,6 @@ SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& suppo
     }
     result.required = find_required(surface, editor);
     return result;
-}
-
-void add_once(std::vector<int>& list, int item) {
-    if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
 }
 
 // The triangles at some vertices, and those that touch them.

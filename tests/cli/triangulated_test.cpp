@@ -1,6 +1,7 @@
 // The program on triangulations: chord errors that are kept and proved, size maps, repair, and refusals.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <fstream>
 #include <set>
 
 #include "gradus/io/input_file.hpp"
@@ -535,4 +536,56 @@ TEST_CASE("sizes follow clearances and labels where asked", "[cli]") {
         CHECK(patches.code == 2);
         CHECK_THAT(patches.err, Catch::Contains("is for triangulations"));
     }
+}
+
+TEST_CASE("sizemap leaves the mesh alone that it reads beside its sizes", "[cli]") {
+    const TemporaryFolder folder;
+    TriangleSoup in = tin();
+    in.labels.assign(in.triangles.size(), 7);
+    write_mesh(folder / "part.mesh", in);
+    const std::string before = read_file(folder / "part.mesh");
+    REQUIRE(run(folder, "sizemap part.mesh -o part.sol").code == 0);
+    CHECK(read_file(folder / "part.mesh") == before);
+    CHECK(read_sizes(folder / "part.sol").size() == in.points.size());
+    CHECK(run(folder, "sizemap part.mesh -o part.sol --repair").code == 2);
+    CHECK(read_file(folder / "part.mesh") == before);
+}
+
+TEST_CASE("where one output cannot hold a mesh none is written", "[cli]") {
+    const TemporaryFolder folder;
+    TriangleSoup large = tin();
+    for (Eigen::Vector3d& p : large.points) p *= 1e39;
+    write_mesh(folder / "large.off", large);
+    std::ofstream(folder / "kept.obj") << "KEEP";
+    const Outcome outcome = run(folder, "remesh large.off -o kept.obj -o out.stl");
+    CHECK(outcome.code == 1);
+    CHECK_THAT(outcome.err, Catch::Contains("out.stl: vertex"));
+    CHECK(read_file(folder / "kept.obj") == "KEEP");
+    CHECK_FALSE(std::filesystem::exists(folder / "out.stl"));
+}
+
+TEST_CASE("numbers that are none, empty arguments and sizes beyond counting are refused in a line", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", tin());
+    const auto [arguments, part] = GENERATE(table<std::string, std::string>({
+        {"remesh in.off -o x.off --feature-angle nan", "--feature-angle nan"},
+        {"remesh in.off -o x.off --alpha \"\"", "an argument is empty, after --alpha"},
+        {"remesh in.off -o x.off --hmin 1e-30 --hmax 1e-9", "e+"},
+    }));
+    CAPTURE(arguments);
+    const Outcome outcome = run(folder, arguments);
+    CHECK(outcome.code != 0);
+    CHECK_THAT(outcome.err, Catch::StartsWith("gradus: error: ") && Catch::Contains(part));
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+    CHECK_FALSE(std::filesystem::exists(folder / "x.off"));
+}
+
+TEST_CASE("report refuses coordinates whose distances are no numbers", "[cli]") {
+    const TemporaryFolder folder;
+    TriangleSoup large = tin();
+    for (Eigen::Vector3d& p : large.points) p *= 1e200;
+    write_mesh(folder / "large.off", large);
+    const Outcome outcome = run(folder, "report large.off --reference large.off");
+    CHECK(outcome.code == 1);
+    CHECK_THAT(outcome.err, Catch::Contains("1e100"));
 }

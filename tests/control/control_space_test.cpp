@@ -121,3 +121,32 @@ TEST_CASE("Sizes that cannot be used are refused", "[control]") {
     sizes.pop_back();
     CHECK_THROWS_AS(ControlSpace(map.background, sizes), std::invalid_argument);
 }
+
+TEST_CASE("a walk goes on over the folds of a surface of few triangles", "[control]") {
+    // A cube of twelve triangles; ln h is linear in space, so that it is known everywhere on it.
+    const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    const std::vector<Triangle> triangles{{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},
+                                          {1, 2, 6}, {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
+    // Squashed, so that folds are of any angle.
+    const double squash = GENERATE(1.0, 0.4);
+    std::vector<Eigen::Vector3d> box;
+    for (const Eigen::Vector3d& p : points) box.emplace_back(p.x() + (1 - squash) * p.z(), p.y(), squash * p.z());
+    const auto size = [](const Eigen::Vector3d& p) { return 0.01 * std::exp(1.5 * p.x() - p.y() + 0.7 * p.z()); };
+    std::vector<double> sizes;
+    for (const Eigen::Vector3d& p : box) sizes.push_back(size(p));
+    const Connectivity mesh(static_cast<int>(box.size()), triangles);
+    const ControlSpace control(box, mesh, sizes);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    for (int t = 0; t < std::ssize(triangles); ++t)
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < 50; ++i) {
+                double a = uniform(random), b = uniform(random);
+                if (a + b > 1) a = 1 - a, b = 1 - b;
+                const auto& [u, v, w] = triangles[t];
+                const Eigen::Vector3d p = (1 - a - b) * box[u] + a * box[v] + b * box[w];
+                int from = mesh.twin(3 * t + k) / 3;
+                CAPTURE(t, k, p.transpose(), from);
+                REQUIRE(control.size(p, from) == Approx(size(p)));
+            }
+}

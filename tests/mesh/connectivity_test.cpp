@@ -129,3 +129,10 @@ TEST_CASE("connectivity refuses what is not an oriented manifold", "[mesh]") {
     const T bad = GENERATE(T{{0, 1, 1}}, T{{0, 1, 9}}, T{{0, 1, 2}, {1, 2, 3}}, T{{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}, T{{0, 1, 2}, {0, 3, 4}});
     CHECK_THROWS_AS(Connectivity(5, bad), std::invalid_argument);
 }
+
+TEST_CASE("a vertex of no triangle has no edges", "[mesh]") {
+    const Connectivity mesh(5, std::vector<Triangle>{{0, 1, 2}});
+    CHECK(mesh.find_edge(0, 1) >= 0);
+    CHECK(mesh.find_edge(3, 1) == Connectivity::kNone);
+    CHECK(mesh.find_edge(4, 3) == Connectivity::kNone);
+}

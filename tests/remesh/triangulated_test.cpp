@@ -499,10 +499,10 @@ class WantingShort : public Retrying {
 TEST_CASE("at faults that are left sizes are lowered again", "[property]") {
     const Triangulation surface(triangulations::soup(triangulations::sphere(4)));
     const Vector3d place = Vector3d(0.3, -0.5, 0.7).normalized();
-    WantingShort checks(place, 0.22);
+    WantingShort checks(place, 0.25);
     const Remeshed made = remeshed(surface, uniform(0.3), {}, &checks);
-    CHECK(checks.lengths.front() > 0.22);
-    CHECK(checks.lengths.back() <= 0.22);
+    CHECK(checks.lengths.front() > 0.25);
+    CHECK(checks.lengths.back() <= 0.25);
     CHECK(checks.asked_below >= 1);
     check_topology_kept(made);
     CHECK(made.after.shape.area_length.min >= 0.6);
@@ -577,4 +577,22 @@ TEST_CASE("sizes far below coarse, uneven facets that are no features leave no n
             const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
             CHECK((mesh.points[a] - mesh.points[b]).norm() < 2 * mesh.sizes[a]);
         }
+}
+
+TEST_CASE("sizes of a thousandth of the triangles that are given are reached", "[property]") {
+    const Triangulation surface(triangulations::soup(triangulations::sphere(1)));
+    const int vertex = 7;
+    constexpr double size = 5e-4;
+    std::vector<double> sizes(surface.soup().points.size(), 0.5);
+    sizes[vertex] = size;
+    const TriangulationBackground map = make_background(surface, sizes);
+    const ControlSpace control(map.background, map.sizes);
+    const SmoothSupport support = surface.support();
+    const SurfaceMesh mesh = remesh({support, surface.features(), surface.soup().labels}, control, map.cells, {.fast = true}).mesh;
+    const Vector3d place = surface.soup().points[vertex];
+    double shortest = 1;
+    for (const Vector3d& p : mesh.points)
+        if (const double distance = (p - place).norm(); distance > 0) shortest = std::min(shortest, distance);
+    CHECK(shortest < 4 * size);
+    CHECK(static_cast<double>(mesh.triangles.size()) > 0.5 * control.predicted_triangles());
 }

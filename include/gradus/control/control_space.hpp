@@ -46,6 +46,7 @@ class ControlSpace {
     };
     void reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes);
     void add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& logs, const std::array<int, 3>& neighbour);
+    int beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b) const;
     double log_size_in_parameters(const SurfacePoint& at, int& triangle) const;
 
     std::vector<Cell> cells_;

@@ -52,7 +52,7 @@ struct Features {
 
 /// What is known of the features beforehand. All may be empty.
 struct KnownFeatures {
-    std::span<const std::array<int, 2>> edges{};
+    std::span<const std::array<int, 2>> edges{};  ///< those that are no side of a triangle are passed over
     std::span<const int> corners{};
     std::span<const int> labels{};  ///< one per triangle: edges between different labels are features
 };

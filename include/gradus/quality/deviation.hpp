@@ -59,7 +59,6 @@ class DeviationProof {
     /// @param also     a point of the surface that is to be within the limit of the part too
     bool is_kept_by(const MeshView& part, int changed, std::span<const int> under, const std::optional<Eigen::Vector3d>& also = std::nullopt);
 
-    double limit() const { return limit_; }
     const DistanceTarget& target() const { return target_; }  ///< the surface
 
   private:
