@@ -98,20 +98,21 @@ void add_edge(const Vertex& x, const Vertex& a, const Eigen::Vector3d& u, Aim ai
 // Normal, as long as twice the area.
 Eigen::Vector3d area_vector(const Vertex& a, const Vertex& b, const Vertex& c) { return (b.p - a.p).cross(c.p - a.p); }
 
-// What an operation may make of the triangles that it replaces: none that is degenerate or folded, unless one of those was worse. Sizes do
-// not matter: where they are much smaller than the triangle, that is to be divided.
+// What an operation may make of the triangles that it replaces: none that is degenerate or folded, unless one of those was worse.
 class Legality {
   public:
+    explicit Legality(double size_weight = kSizeWeight) : size_weight_(size_weight) {}
+
     // A triangle that goes.
     void had(const Vertex& a, const Vertex& b, const Vertex& c) {
-        const double energy = triangle_energy(a, b, c, 0);
+        const double energy = triangle_energy(a, b, c, size_weight_);
         energy_ = std::max(energy_, energy);
         if (energy > kLegalEnergy) fold_ = std::max(fold_, fold_of(a, b, c));
     }
     // @param instead_of  normal of what the triangle that comes is in the place of, of any length
     // @param worse       by how much its energy may be above that of those that went
     bool allows(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& instead_of, double worse = 1) const {
-        const double energy = triangle_energy(a, b, c, 0);
+        const double energy = triangle_energy(a, b, c, size_weight_);
         // Corners do not know on which side the surface is: between three of them, beside a notch, a triangle may be outside.
         if (a.lean == kAnyNormal && b.lean == kAnyNormal && c.lean == kAnyNormal && !(area_vector(a, b, c).dot(instead_of) > 0)) return false;
         // Needles have a large energy too, which is no leave to fold.
@@ -122,6 +123,7 @@ class Legality {
     static double fold_of(const Vertex& a, const Vertex& b, const Vertex& c) {
         return fold_penalty(least_agreement(a, b, c, area_vector(a, b, c).stableNormalized()));
     }
+    double size_weight_;
     double energy_ = kLegalEnergy;
     double fold_ = kLegalEnergy;  // the penalty alone may make up all of that energy: a turn of 84 degrees
 };
@@ -400,7 +402,7 @@ int Editor::split(int h) {
         take_foot(m, *foot);
     }
     const int g = mesh_.twin(h);
-    Legality legality;
+    Legality legality(0);  // where sizes are much smaller than the triangle, that is to be divided
     for (const int side : {h, g})
         if (side >= 0) legality.had(vertices_[mesh_.origin(side)], vertices_[mesh_.target(side)], vertices_[mesh_.apex(side)]);
     // Of a needle's halves one is worse than the whole was, until the other long side is split too.
