@@ -37,8 +37,11 @@ struct Extent {
     void add(const Eigen::Vector3d& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
     double diagonal() const { return (high - low).stableNorm(); }
     std::string text() const {
-        return fmt::format("from {:g} {:g} {:g} to {:g} {:g} {:g}, diagonal {:.6g}", low.x(), low.y(), low.z(), high.x(), high.y(),
-                           high.z(), diagonal());
+        // As many digits as tell the ends apart far from the origin too.
+        const double largest = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
+        const int digits = 6 + (diagonal() > 0 ? static_cast<int>(std::clamp(std::log10(largest / diagonal()), 0.0, 11.0)) : 0);
+        return fmt::format("from {:.{}g} {:.{}g} {:.{}g} to {:.{}g} {:.{}g} {:.{}g}, diagonal {:.6g}", low.x(), digits, low.y(), digits, low.z(), digits,
+                           high.x(), digits, high.y(), digits, high.z(), digits, diagonal());
     }
     Json json() const { return {{"low", {low.x(), low.y(), low.z()}}, {"high", {high.x(), high.y(), high.z()}}, {"diagonal", diagonal()}}; }
 };
