@@ -819,6 +819,11 @@ class Remesher {
 
 RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options,
                     MeshChecks* checks) {
+    const Connectivity& mesh = surface.support.mesh();
+    if (std::ssize(cells) < mesh.num_vertices())
+        throw std::invalid_argument("remesh: " + std::to_string(cells.size()) + " cells for " + std::to_string(mesh.num_vertices()) + " vertices");
+    if (!surface.labels.empty() && std::ssize(surface.labels) != mesh.num_triangles())
+        throw std::invalid_argument("remesh: " + std::to_string(surface.labels.size()) + " labels for " + std::to_string(mesh.num_triangles()) + " triangles");
     return Remesher(surface, control, cells, options, checks).run();
 }
 

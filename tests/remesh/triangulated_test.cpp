@@ -596,3 +596,13 @@ TEST_CASE("sizes of a thousandth of the triangles that are given are reached", "
     CHECK(shortest < 4 * size);
     CHECK(static_cast<double>(mesh.triangles.size()) > 0.5 * control.predicted_triangles());
 }
+
+TEST_CASE("cells and labels of another triangulation are refused", "[mesh]") {
+    const Triangulation surface(triangulations::soup(triangulations::sphere(2)));
+    const TriangulationBackground map = make_background(surface, uniform(0.3));
+    const ControlSpace control(map.background, map.sizes);
+    const SmoothSupport support = surface.support();
+    const std::vector<int> short_labels(5, 1);
+    CHECK_THROWS_WITH(remesh({support, surface.features()}, control, std::span(map.cells).first(3)), Catch::Contains("3 cells"));
+    CHECK_THROWS_WITH(remesh({support, surface.features(), short_labels}, control, map.cells), Catch::Contains("5 labels"));
+}

@@ -1,4 +1,4 @@
-/// A triangle mesh of a surface of patches whose vertices know where on the surface they lie.
+/// A triangle mesh of a surface, of patches or of triangles, whose vertices know where on it they lie.
 #pragma once
 
 #include "gradus/mesh/soup.hpp"
@@ -8,12 +8,12 @@
 namespace gradus {
 
 struct SurfaceMesh {
-    std::vector<Eigen::Vector3d> points;   ///< exactly on the surface: points[i] == position(places[i])
+    std::vector<Eigen::Vector3d> points;   ///< on the surface; of patches exactly: points[i] == position(places[i])
     std::vector<Triangle> triangles;       ///< outside counter-clockwise
-    std::vector<SurfacePoint> places;      ///< one per vertex
-    std::vector<int> patches;              ///< one per triangle: the patch under (most of) it
+    std::vector<SurfacePoint> places;      ///< one per vertex: patch and parameters, or triangle and weights of its second and third corner
+    std::vector<int> patches;              ///< one per triangle: the patch under (most of) it, or its label, 0 where there are none
     std::vector<double> sizes;             ///< one per vertex: the size the map asks for there
-    std::vector<std::array<int, 2>> features;  ///< edges on creases and boundaries
+    std::vector<std::array<int, 2>> features;  ///< edges on creases, boundaries and other feature curves
     RequiredElements required = {};            ///< those of the surface, in their order, by index in this mesh
 };
 

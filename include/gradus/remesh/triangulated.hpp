@@ -116,10 +116,12 @@ bool is_around(const Eigen::Vector3d& p, double size, std::span<const Eigen::Vec
 
 /// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features, corners and
 /// topology are kept, and so is what is required. Places of the result name triangles of the triangulation.
-/// @throws std::invalid_argument for required elements as frozen_elements does
 /// @param control  not looked at any more once `checks` is called: it may be gone by then
+/// @param cells    for each vertex of the triangulation, first of all, a triangle of the control space at it
+/// @param options  `goal` is for meshes without checks: with them no more than .75 is sought on the way, and .82 in the end; `threads` does
+///                 not matter, as only one works
 /// @param checks   null: none
-/// @param cells    for each vertex of the triangulation a triangle of the control space at it
+/// @throws std::invalid_argument for required elements as frozen_elements does, and where there are fewer cells than vertices, or labels are not one per triangle
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
 RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options = {},
                     MeshChecks* checks = nullptr);
