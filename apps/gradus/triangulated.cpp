@@ -147,6 +147,20 @@ TriangulationBackground given_background(const Triangulation& surface, const Giv
 
 }  // namespace
 
+namespace {
+
+std::vector<std::pair<SizingRule::At, double>> moved_far(const SizingRule& rule, std::span<const Eigen::Vector3d> background) {
+    std::vector<std::pair<SizingRule::At, double>> moved;
+    for (const SizingRule::At& at : rule.at) {
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const Eigen::Vector3d& p : background) nearest = std::min(nearest, (p - at.point).norm());
+        if (nearest > at.size) moved.emplace_back(at, nearest);
+    }
+    return moved;
+}
+
+}  // namespace
+
 TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRule& rule, const GivenSizes& given,
                                     const std::optional<GradationOptions>& gradation, const RemeshOptions& options, bool hmin_given, Stages& stages) {
     TriangulatedMesh mesh;
@@ -158,6 +172,7 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
         return make_background(surface, mesh.chord_error ? rule_within(*mesh.chord_error, rule) : rule, static_cast<int>(options.max_triangles));
     });
     mesh.background_vertices = map.sizes.size();
+    mesh.moved = moved_far(rule, points_of(map.background.mesh));
     if (gradation) stages.run("gradation", [&] { mesh.gradation = grade(map.background.mesh, map.sizes, *gradation); });
     if (gradation && !given.sizes.empty()) require_reached(given.path, map.sizes);
     raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
@@ -208,7 +223,11 @@ std::string text_of(const TriangulatedMesh& mesh, double diagonal) {
                                    d.from_mesh.bound, d.bound() / diagonal);
     if (mesh.chord_error)
         text += fmt::format("; {:.4g} asked for, {}, sizes lowered {} times", *mesh.chord_error, mesh.kept ? "kept" : "NOT kept", mesh.refinements);
-    return text + "\n";
+    text += "\n";
+    for (const auto& [at, distance] : mesh.moved)
+        text += fmt::format("the size {:.4g} at {:.6g} {:.6g} {:.6g} holds {:.4g} from there, at the nearest vertex of the background\n", at.size,
+                            at.point.x(), at.point.y(), at.point.z(), distance);
+    return text;
 }
 
 std::string text_of(const RequiredElements& required, const std::vector<std::string>& outputs) {

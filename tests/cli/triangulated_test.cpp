@@ -589,3 +589,13 @@ TEST_CASE("report refuses coordinates whose distances are no numbers", "[cli]") 
     CHECK(outcome.code == 1);
     CHECK_THAT(outcome.err, Catch::Contains("1e100"));
 }
+
+TEST_CASE("remesh says where a size holds that is prescribed off the vertices", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", tin());
+    const Outcome at_vertex = run(folder, "remesh in.off -o out.off --fast --size-at 1,0,1=0.1"), far = run(folder, "remesh in.off -o out.off --fast --size-at 100,0,1=0.1");
+    REQUIRE(at_vertex.code == 0);
+    REQUIRE(far.code == 0);
+    CHECK_THAT(at_vertex.out, !Catch::Contains("holds"));
+    CHECK_THAT(far.out, Catch::Contains("the size 0.1 at 100 0 1 holds 99 from there"));
+}
