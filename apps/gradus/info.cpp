@@ -264,11 +264,9 @@ int info_of_mesh(const Options& options) {
         info.json["repair"] = {{"steps", json_of(repaired.steps)}, {"result", after.json}};
         if (!options.out.empty()) {
             const bool fields = !result.point_fields.empty() || !result.cell_fields.empty();
+            check_holds(options.out, result.soup.points);
             if (holds_fields(options.out)) write_mesh_data(options.out, result);
-            else {
-                check_holds(options.out, result.soup.points);
-                write_mesh(options.out, result.soup);
-            }
+            else write_mesh(options.out, result.soup);
             options.session.say("wrote " + options.out +
                                 (fields && !holds_fields(options.out) ? " without the fields; .msh .ply .vtu can hold them\n" : "\n"));
         }

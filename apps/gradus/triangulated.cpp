@@ -145,10 +145,6 @@ TriangulationBackground given_background(const Triangulation& surface, const Giv
     }
 }
 
-}  // namespace
-
-namespace {
-
 std::vector<std::pair<SizingRule::At, double>> moved_far(const SizingRule& rule, std::span<const Eigen::Vector3d> background) {
     std::vector<std::pair<SizingRule::At, double>> moved;
     for (const SizingRule::At& at : rule.at) {

@@ -35,6 +35,13 @@ int way_out(double a, double b, const std::array<int, 3>& neighbour) {
     return out;
 }
 
+// Squared height of d over the plane of a cell, and the squared length of the normal that it is a multiple of: 0 without area.
+std::pair<double, double> height2_times(const Eigen::Vector3d& ga, const Eigen::Vector3d& gb, const Eigen::Vector3d& d) {
+    const Eigen::Vector3d n = ga.cross(gb);
+    const double along = n.dot(d);
+    return {along * along, n.squaredNorm()};
+}
+
 }  // namespace
 
 void ControlSpace::reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes) {
@@ -122,17 +129,6 @@ ControlSpace::ControlSpace(const Background& background, std::span<const double>
         for (int& t : grid.triangle) last = t = t >= 0 ? t : last;
     }
 }
-
-namespace {
-
-// Squared height of d over the plane of a cell, and the squared length of the normal that it is a multiple of: 0 without area.
-std::pair<double, double> height2_times(const Eigen::Vector3d& ga, const Eigen::Vector3d& gb, const Eigen::Vector3d& d) {
-    const Eigen::Vector3d n = ga.cross(gb);
-    const double along = n.dot(d);
-    return {along * along, n.squaredNorm()};
-}
-
-}  // namespace
 
 // Where p is over a triangle, but not on it: the one that it may be on, beyond a fold, or -1.
 int ControlSpace::beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b) const {

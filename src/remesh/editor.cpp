@@ -446,8 +446,8 @@ void Editor::add_ring(std::vector<int>& around) const {
     const std::size_t inner = around.size();
     for (std::size_t i = 0; i < inner; ++i)
         mesh_.for_each_outgoing(around[i], [&](int h) {
-            for (const int v : {mesh_.target(h), mesh_.apex(h)})
-                if (std::find(around.begin(), around.end(), v) == around.end()) around.push_back(v);
+            add_once(around, mesh_.target(h));
+            add_once(around, mesh_.apex(h));
         });
 }
 
