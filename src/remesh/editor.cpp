@@ -262,6 +262,29 @@ double Editor::relax(int v, Aim aim) {
     return part;
 }
 
+double Editor::centre(int v, int a, int b) {
+    const Vertex& x = vertices_[v];
+    const auto length_to = [&](int other) { return metric_length((vertices_[other].p - x.p).norm(), vertices_[other].h, x.h); };
+    const double to_a = length_to(a), to_b = length_to(b);
+    const Eigen::Vector3d step = to_a > to_b ? (to_a - to_b) / (2 * to_a) * (vertices_[a].p - x.p) : (to_b - to_a) / (2 * to_b) * (vertices_[b].p - x.p);
+    if (!(step.norm() > kStillMoves * x.h)) return 0;
+    const std::optional<Foot> foot = support_.slide(x.place, x.p + step);
+    if (!foot) return 0;
+    Vertex moved = x;
+    take_foot(moved, *foot);
+    Legality legality(0);
+    mesh_.for_each_outgoing(v, [&](int h) { legality.had(x, vertices_[mesh_.target(h)], vertices_[mesh_.apex(h)]); });
+    bool legal = true;
+    mesh_.for_each_outgoing(v, [&](int h) {
+        const Vertex &c = vertices_[mesh_.target(h)], &d = vertices_[mesh_.apex(h)];
+        legal = legal && legality.allows(moved, c, d, area_vector(x, c, d));
+    });
+    if (!legal) return 0;
+    const double part = step.norm() / x.h;
+    set_vertex(v, moved);
+    return part;
+}
+
 int Editor::valence_penalty(int v, int by) const {
     return vertices_[v].lean == kAnyNormal ? 0 : penalty(mesh_.valence(v) + by, mesh_.is_boundary_vertex(v));
 }
@@ -341,7 +364,7 @@ bool Editor::can_collapse(int h) const {
     return !clash(h) && !(g >= 0 && clash(g));
 }
 
-bool Editor::collapse(int h) {
+bool Editor::collapse(int h, double longest_on_curve) {
     const int v = mesh_.origin(h), g = mesh_.twin(h);
     const Vertex& w = vertices_[mesh_.target(h)];
     bool legal = true;
@@ -349,7 +372,7 @@ bool Editor::collapse(int h) {
     mesh_.for_each_edge(v, [&](int edge, int other) {
         if (!legal || other == mesh_.target(h)) return;
         const bool on_curve = vertices_[v].bound == Bound::Curve && mesh_.tag(edge) >= 0;
-        const double most = on_curve ? std::numbers::sqrt2 : kLongestByCollapse;
+        const double most = on_curve ? longest_on_curve : kLongestByCollapse;
         const Vertex &x = vertices_[other], &from = vertices_[v];
         const double length = (x.p - w.p).norm();
         if (length > most * std::min(x.h, w.h) && metric_length(length, x.h, w.h) > most && (on_curve || length > (x.p - from.p).norm())) legal = false;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -168,6 +169,10 @@ class Editor {
     // Returns the distance moved over the size (0 when it stayed).
     double relax(int v, Aim aim = Aim::Mean);
 
+    // Moves a vertex of a feature curve half way, in the metric, between two of its neighbours, as long as no triangle gets much worse for it.
+    // Returns the same.
+    double centre(int v, int a, int b);
+
     // Calls of relax so far: a measure of the work done that is the same on every machine.
     long moves() const { return moves_; }
 
@@ -181,7 +186,8 @@ class Editor {
     bool can_collapse(int h) const;
     // Applies a legal operation without judging the shapes; false if the surface or a fold bars it.
     bool flip(int h);
-    bool collapse(int h);
+    // @param longest_on_curve  metric length up to which an edge of a feature curve may come
+    bool collapse(int h, double longest_on_curve = std::numbers::sqrt2);
     int split(int h);  // the new vertex, or -1
 
     // By how much the energy of the two triangles of h would rise; where that is `enough` or more, something between the two.

@@ -1,5 +1,7 @@
 #include "optimise.hpp"
 
+#include "divide_curves.hpp"
+
 #include <fmt/format.h>
 
 #include <deque>
@@ -459,6 +461,7 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
     const auto fit_lengths = [&] {
         split_long(editor, options, report);
         report.collapses += collapse_short(editor, options);
+        divide_curves(editor, options, report);
     };
     const auto fit_shapes = [&](int times) {
         report.flips += flip_edges(editor, options);

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <numeric>
 #include <optional>
 #include <set>
 
@@ -154,6 +155,22 @@ TEST_CASE("a capped cylinder keeps its two rims, round and in their planes", "[p
         const double off_cap = std::min(std::abs(p.z()), std::abs(p.z() - 2)), off_side = std::abs(std::hypot(p.x(), p.y()) - 1);
         CHECK(std::min(off_cap, off_side) < 1e-3);
     }
+}
+
+TEST_CASE("rims are divided into edges of the size asked for, whatever pieces they came in", "[property]") {
+    // Pieces of .77, 1.1 and 1.31: neither they nor their halves are near.
+    const double h = GENERATE(0.17, 0.119, 0.1);
+    CAPTURE(h);
+    const Triangulation surface(triangulations::soup(triangulations::capped_cylinder(48, 14, 1, 2, 6)));
+    const Remeshed made = remeshed(surface, uniform(h));
+    check_topology_kept(made);
+    check_good(made, 0.97);
+    std::vector<double> lengths;
+    for (const auto& [a, b] : made.result.mesh.features) lengths.push_back((made.result.mesh.points[a] - made.result.mesh.points[b]).norm() / h);
+    const double mean = std::accumulate(lengths.begin(), lengths.end(), 0.0) / static_cast<double>(lengths.size());
+    CHECK(mean == Approx(1.04).margin(0.05));
+    CHECK(*std::max_element(lengths.begin(), lengths.end()) < 1.4);
+    CHECK(*std::min_element(lengths.begin(), lengths.end()) > 0.75);
 }
 
 TEST_CASE("an open sheet keeps its boundary and the corners of it", "[property]") {
