@@ -40,7 +40,7 @@ struct Options {
 };
 
 constexpr double kDefaultShock = 1.5;
-constexpr int kMostAttempts = 3;          // to keep the chord error with more features
+constexpr int kMostAttempts = 6;          // to keep the chord error with more features
 constexpr std::size_t kFewFaults = 4, kMostFaults = 20'000;  // few: what was hard on the way is left alone; too many: it is not for want of features
 constexpr std::size_t kPlacesTold = 5;  // of offenders; reports list more
 
