@@ -25,7 +25,6 @@ std::array<double, 3> clamped(double a, double b) {
     return w;
 }
 
-
 // The corner with the most negative coordinate whose opposite edge has a neighbour.
 int way_out(double a, double b, const std::array<int, 3>& neighbour) {
     const std::array<double, 3> w{1 - a - b, a, b};
@@ -33,6 +32,28 @@ int way_out(double a, double b, const std::array<int, 3>& neighbour) {
     for (int k = 0; k < 3; ++k)
         if (w[k] < -kInside && neighbour[k] >= 0 && (out < 0 || w[k] < w[out])) out = k;
     return out;
+}
+
+// Integral of 1 / h^2 over the triangle of area 1/2, with h linear between its corners: the second divided difference of -ln h.
+// [Hermite-Genocchi]
+double mean_density(double a, double b, double c) {
+    constexpr double kEven = 1.02;  // ratio up to which a quadrature is more exact than differences
+    if (a > b) std::swap(a, b);
+    if (b > c) std::swap(b, c);
+    if (a > b) std::swap(a, b);
+    if (c > kEven * a) {
+        const auto first = [](double x, double y) { return y > x ? -std::log1p((y - x) / x) / (y - x) : -1 / x; };
+        return (first(b, c) - first(a, b)) / (c - a);
+    }
+    // Seven points, exact to degree 5 [Radon 1948].
+    const double r = std::sqrt(15.0);
+    const double a1 = (6 - r) / 21, a2 = (6 + r) / 21, w0 = 9.0 / 40, w1 = (155 - r) / 1200, w2 = (155 + r) / 1200;
+    const auto density = [&](double s, double t) {
+        const double h = a + s * (b - a) + t * (c - a);
+        return 1 / (h * h);
+    };
+    const auto orbit = [&](double s) { return density(s, s) + density(s, 1 - 2 * s) + density(1 - 2 * s, s); };
+    return 0.5 * (w0 * density(1.0 / 3, 1.0 / 3) + w1 * orbit(a1) + w2 * orbit(a2));
 }
 
 // Squared height of d over the plane of a cell, and the squared length of the normal that it is a multiple of: 0 without area.
@@ -52,12 +73,12 @@ void ControlSpace::reserve(std::size_t vertices, std::size_t triangles, std::spa
     cells_.reserve(triangles);
 }
 
-void ControlSpace::add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& logs, const std::array<int, 3>& neighbour) {
+void ControlSpace::add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& h, const std::array<int, 3>& neighbour) {
     const Eigen::Vector3d e1 = corner[1] - corner[0], e2 = corner[2] - corner[0], n = e1.cross(e2);
     const double n2 = n.squaredNorm();
     const bool has_area = n2 > 0;
     cells_.push_back({corner[0], has_area ? Eigen::Vector3d(e2.cross(n) / n2) : Eigen::Vector3d::Zero(), has_area ? Eigen::Vector3d(n.cross(e1) / n2) : Eigen::Vector3d::Zero(),
-                      logs[0], logs[1] - logs[0], logs[2] - logs[0], neighbour});
+                      h[0], h[1] - h[0], h[2] - h[0], neighbour});
 }
 
 ControlSpace::ControlSpace(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, std::span<const double> sizes) {
@@ -65,7 +86,7 @@ ControlSpace::ControlSpace(std::span<const Eigen::Vector3d> points, const Connec
     for (int t = 0; t < mesh.num_triangles(); ++t) {
         const auto [a, b, c] = mesh.triangle(t);
         const auto beyond = [&](int side) { return mesh.twin(3 * t + side) >= 0 ? mesh.twin(3 * t + side) / 3 : -1; };
-        add_cell({points[a], points[b], points[c]}, {std::log(sizes[a]), std::log(sizes[b]), std::log(sizes[c])}, {beyond(1), beyond(2), beyond(0)});
+        add_cell({points[a], points[b], points[c]}, {sizes[a], sizes[b], sizes[c]}, {beyond(1), beyond(2), beyond(0)});
     }
 }
 
@@ -73,8 +94,6 @@ ControlSpace::ControlSpace(const Background& background, std::span<const double>
     const TriMesh& mesh = background.mesh;
     reserve(mesh.n_vertices(), mesh.n_faces(), sizes);
     const auto points = points_of(mesh);
-    std::vector<double> logs(sizes.size());
-    std::transform(sizes.begin(), sizes.end(), logs.begin(), [](double h) { return std::log(h); });
     for (int f = 0; f < static_cast<int>(mesh.n_faces()); ++f) {
         std::array<int, 3> corner, neighbour;
         // The half-edge that ends in corner k starts in corner k - 1: it is opposite to corner k + 1.
@@ -84,7 +103,7 @@ ControlSpace::ControlSpace(const Background& background, std::span<const double>
             neighbour[(k + 1) % 3] = mesh.opposite_face_handle(halfedge).idx();
         }
         const auto [a, b, c] = corner;
-        add_cell({points[a], points[b], points[c]}, {logs[a], logs[b], logs[c]}, neighbour);
+        add_cell({points[a], points[b], points[c]}, {sizes[a], sizes[b], sizes[c]}, neighbour);
     }
 
     // A grid of about one cell per two triangles of a patch gives each walk in parameters a start.
@@ -159,6 +178,12 @@ int ControlSpace::beyond_fold(const Eigen::Vector3d& p, int triangle, double a, 
     return -1;
 }
 
+double ControlSpace::size_in(const Cell& cell, double a, double b) {
+    if (a >= 0 && b >= 0 && a + b <= 1) return cell.h0 + a * cell.dha + b * cell.dhb;
+    const auto w = clamped(a, b);
+    return cell.h0 + w[1] * cell.dha + w[2] * cell.dhb;
+}
+
 double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
     int came_from = -1;
     for (int step = 0; step < kMostSteps; ++step) {
@@ -167,7 +192,7 @@ double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
         const double a = cell.ga.dot(d), b = cell.gb.dot(d);
         if (a >= -kInside && b >= -kInside && a + b <= 1 + kInside) {
             const int beyond = beyond_fold(p, triangle, a, b);
-            if (beyond < 0) return std::exp(cell.log0 + a * cell.da + b * cell.db);
+            if (beyond < 0) return size_in(cell, a, b);
             came_from = triangle;
             triangle = beyond;
             continue;
@@ -175,16 +200,15 @@ double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
         const int out = way_out(a, b, cell.neighbour);
         // Over a convex edge neither triangle holds the point: the walk would go to and fro.
         if (out < 0 || cell.neighbour[out] == came_from) {
-            const auto w = clamped(a, b);
-            return std::exp(cell.log0 + w[1] * cell.da + w[2] * cell.db);
+            return size_in(cell, a, b);
         }
         came_from = triangle;
         triangle = cell.neighbour[out];
     }
-    return std::exp(cells_[triangle].log0);
+    return cells_[triangle].h0;
 }
 
-double ControlSpace::log_size_in_parameters(const SurfacePoint& at, int& triangle) const {
+double ControlSpace::size_in_parameters(const SurfacePoint& at, int& triangle) const {
     const Grid& grid = grids_[at.patch];
     const Eigen::Vector2d extent = (grid.domain.max - grid.domain.min).cwiseMax(1e-300);
     const auto index = [&](int axis) {
@@ -207,33 +231,26 @@ double ControlSpace::log_size_in_parameters(const SurfacePoint& at, int& triangl
         came_from = triangle;
         triangle = inside_patch[out];
     }
-    const auto w = clamped(a, b);
-    return cells_[triangle].log0 + w[1] * cells_[triangle].da + w[2] * cells_[triangle].db;
+    return size_in(cells_[triangle], a, b);
 }
 
 int ControlSpace::locate(const SurfacePoint& at) const {
     int triangle = -1;
-    log_size_in_parameters(at, triangle);
+    size_in_parameters(at, triangle);
     return triangle;
 }
 
 double ControlSpace::size(const SurfacePoint& at) const {
     int triangle = -1;
-    return std::exp(log_size_in_parameters(at, triangle));
+    return size_in_parameters(at, triangle);
 }
 
 double ControlSpace::predicted_triangles() const {
-    // Seven points, exact to degree 5 [Radon 1948].
-    const double r = std::sqrt(15.0);
-    const double a1 = (6 - r) / 21, a2 = (6 + r) / 21, w0 = 9.0 / 40, w1 = (155 - r) / 1200, w2 = (155 + r) / 1200;
     double sum = 0;
     for (const Cell& c : cells_) {
         // The gradients of two barycentric coordinates span a parallelogram of one over that of the sides.
         const double over_twice_area = c.ga.cross(c.gb).norm();
-        if (!(over_twice_area > 0)) continue;
-        const auto density = [&](double a, double b) { return std::exp(-2 * (c.log0 + a * c.da + b * c.db)); };
-        const auto orbit = [&](double a) { return density(a, a) + density(a, 1 - 2 * a) + density(1 - 2 * a, a); };
-        sum += 0.5 / over_twice_area * (w0 * density(1.0 / 3, 1.0 / 3) + w1 * orbit(a1) + w2 * orbit(a2));
+        if (over_twice_area > 0) sum += mean_density(c.h0, c.h0 + c.dha, c.h0 + c.dhb) / over_twice_area;
     }
     return sum / (std::numbers::sqrt3 / 4);
 }

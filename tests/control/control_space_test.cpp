@@ -27,7 +27,7 @@ Mapped mapped(const PatchModel& model, const std::function<double(const Eigen::V
     return result;
 }
 
-double exponential(const Eigen::Vector3d& p) { return 0.1 * std::exp(p.x() - 0.5 * p.y()); }
+double linear(const Eigen::Vector3d& p) { return 0.1 * (4 + p.x() - 0.5 * p.y()); }
 
 SurfacePoint random_place(const PatchModel& model, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(0, 1);
@@ -39,17 +39,17 @@ SurfacePoint random_place(const PatchModel& model, std::mt19937& random) {
 
 }  // namespace
 
-TEST_CASE("Sizes whose logarithm is linear are reproduced in the plane, by place and by point", "[control][exact]") {
+TEST_CASE("Linear sizes are reproduced in the plane, by place and by point", "[control][exact]") {
     const PatchModel model = models::model_of({models::flat_square()});
-    const Mapped map = mapped(model, exponential);
+    const Mapped map = mapped(model, linear);
     const ControlSpace space(map.background, map.sizes);
     std::mt19937 random(1);
     int walked = 0;
     for (int i = 0; i < 2000; ++i) {
         const SurfacePoint at = random_place(model, random);
         const Eigen::Vector3d p = model.position(at);
-        CHECK(space.size(at) == Approx(exponential(p)).epsilon(1e-12));
-        CHECK(space.size(p, walked) == Approx(exponential(p)).epsilon(1e-12));
+        CHECK(space.size(at) == Approx(linear(p)).epsilon(1e-12));
+        CHECK(space.size(p, walked) == Approx(linear(p)).epsilon(1e-12));
         CHECK(walked >= 0);
         CHECK(walked < space.num_triangles());
     }
@@ -60,10 +60,29 @@ TEST_CASE("The predicted count is the integral of the density", "[control][exact
     const double ideal = std::sqrt(3.0) / 4;
     const Mapped constant = mapped(model, [](const Eigen::Vector3d&) { return 0.02; });
     CHECK(ControlSpace(constant.background, constant.sizes).predicted_triangles() == Approx(1 / (ideal * 0.0004)).epsilon(1e-12));
-    // Integral of 100 exp(-2 x + y) over the unit square.
-    const Mapped map = mapped(model, exponential);
-    const double integral = 100 * (1 - std::exp(-2.0)) / 2 * (std::exp(1.0) - 1);
+    // Integral of 100 / (4 + x - y / 2)^2 over the unit square: by x, then by y.
+    const Mapped map = mapped(model, linear);
+    const double integral = 100 * 2 * std::log(36.0 / 35);
     CHECK(ControlSpace(map.background, map.sizes).predicted_triangles() == Approx(integral / ideal).epsilon(1e-7));
+}
+
+TEST_CASE("The predicted count is exact however much sizes differ", "[control][exact]") {
+    const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {2, 0, 0}, {0, 1, 0}};
+    const std::vector<Triangle> triangles{{0, 1, 2}};
+    const Connectivity mesh(3, triangles);
+    const std::array<double, 3> h = GENERATE(std::array<double, 3>{0.1, 0.1, 0.1}, std::array<double, 3>{0.1, 0.12, 0.13}, std::array<double, 3>{0.1, 0.149, 0.151},
+                                             std::array<double, 3>{0.1, 0.1, 3}, std::array<double, 3>{3, 0.1, 3}, std::array<double, 3>{1, 1000, 30});
+    CAPTURE(h[0], h[1], h[2]);
+    // By rows: 1 / h^2 has a primitive along each, and what is left is summed finely, more so towards the end where it is steep.
+    const int rows = 200000;
+    double sum = 0;
+    for (int i = 0; i < rows; ++i) {
+        const auto grade = [&](double s) { return std::pow(s, 4); };
+        const double y0 = grade(static_cast<double>(i) / rows), y1 = grade((i + 1.0) / rows), y = (y0 + y1) / 2;
+        const double from = h[0] + y * (h[2] - h[0]), to = h[1] + y * (h[2] - h[1]);
+        sum += (y1 - y0) * 2 * (1 - y) / (from * to);
+    }
+    CHECK(ControlSpace(points, mesh, h).predicted_triangles() == Approx(sum / (std::sqrt(3.0) / 4)).epsilon(1e-7));
 }
 
 TEST_CASE("A walk from far away and one from near end at the same size", "[control][property]") {
@@ -71,7 +90,7 @@ TEST_CASE("A walk from far away and one from near end at the same size", "[contr
     for (const std::string name : {"bump", "sphere of octants", "sphere with seam", "cylinder", "torus", "wavy sheet"})
         DYNAMIC_SECTION(name) {
             const PatchModel model = models::kind_of(name).make();
-            const Mapped map = mapped(model, exponential);
+            const Mapped map = mapped(model, linear);
             const ControlSpace space(map.background, map.sizes);
             std::mt19937 random(2);
             double worst = 0;
@@ -110,7 +129,7 @@ TEST_CASE("The size at a vertex is the one given, from every patch around it", "
 
 TEST_CASE("Sizes that cannot be used are refused", "[control]") {
     const PatchModel model = models::model_of({models::flat_square()});
-    Mapped map = mapped(model, exponential);
+    Mapped map = mapped(model, linear);
     std::vector<double> sizes = map.sizes;
     for (const double bad : {0., -1., std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
         sizes[3] = bad;
@@ -123,7 +142,7 @@ TEST_CASE("Sizes that cannot be used are refused", "[control]") {
 }
 
 TEST_CASE("a walk goes on over the folds of a surface of few triangles", "[control]") {
-    // A cube of twelve triangles; ln h is linear in space, so that it is known everywhere on it.
+    // A cube of twelve triangles; h is linear in space, so that it is known everywhere on it.
     const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
     const std::vector<Triangle> triangles{{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},
                                           {1, 2, 6}, {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
@@ -131,7 +150,7 @@ TEST_CASE("a walk goes on over the folds of a surface of few triangles", "[contr
     const double squash = GENERATE(1.0, 0.4);
     std::vector<Eigen::Vector3d> box;
     for (const Eigen::Vector3d& p : points) box.emplace_back(p.x() + (1 - squash) * p.z(), p.y(), squash * p.z());
-    const auto size = [](const Eigen::Vector3d& p) { return 0.01 * std::exp(1.5 * p.x() - p.y() + 0.7 * p.z()); };
+    const auto size = [](const Eigen::Vector3d& p) { return 0.01 * (2 + 1.5 * p.x() - p.y() + 0.7 * p.z()); };
     std::vector<double> sizes;
     for (const Eigen::Vector3d& p : box) sizes.push_back(size(p));
     const Connectivity mesh(static_cast<int>(box.size()), triangles);

@@ -516,10 +516,12 @@ class WantingShort : public Retrying {
 TEST_CASE("at faults that are left sizes are lowered again", "[property]") {
     const Triangulation surface(triangulations::soup(triangulations::sphere(4)));
     const Vector3d place = Vector3d(0.3, -0.5, 0.7).normalized();
-    WantingShort checks(place, 0.22);
+    // What lowering twice gives, not once.
+    WantingShort checks(place, 0.24);
     const Remeshed made = remeshed(surface, uniform(0.3), {}, &checks);
-    CHECK(checks.lengths.front() > 0.22);
-    CHECK(checks.lengths.back() <= 0.22);
+    CAPTURE(checks.lengths);
+    CHECK(checks.lengths.front() > 0.24);
+    CHECK(checks.lengths.back() <= 0.24);
     CHECK(checks.asked_below >= 1);
     check_topology_kept(made);
     CHECK(made.after.shape.area_length.min >= 0.6);

@@ -9,7 +9,9 @@
 
 namespace gradus {
 
-/// Sizes vary geometrically over each triangle: ln h is linear. [Borouchaki 1998, eq. 6]
+/// Sizes are linear over each triangle, so that their gradient is that of the triangle everywhere on it: a bound that holds on the triangles
+/// of the background holds between its vertices, however large they are for the sizes. (Where sizes vary geometrically [Borouchaki 1998, eq. 6]
+/// the slope along an edge is up to r ln r / (r - 1) times as steep, r the ratio of the sizes of its ends.)
 /// A point near the mesh is taken to the triangle it projects into, found by walking from a triangle that is known to be near:
 /// so parts that touch or intersect are never confused, and nothing but the mesh is needed.
 class ControlSpace {
@@ -27,7 +29,7 @@ class ControlSpace {
     int locate(const SurfacePoint& at) const;
     /// Size at a place of the surface, interpolated in (u, v).
     double size(const SurfacePoint& at) const;
-    /// Number of triangles a unit mesh has: the sum over triangles of the integral of 1 / (sqrt(3)/4 h^2).
+    /// Number of triangles a unit mesh has: the sum over triangles of the integral of 1 / (sqrt(3)/4 h^2), exact.
     double predicted_triangles() const;
 
     int num_triangles() const { return static_cast<int>(cells_.size()); }
@@ -36,7 +38,7 @@ class ControlSpace {
     // What a step of the walk reads, in one place: barycentric coordinates are 1 - a - b, a, b with a = ga.(p - p0), b = gb.(p - p0).
     struct Cell {
         Eigen::Vector3d p0, ga, gb;
-        double log0, da, db;  // ln h = log0 + a da + b db
+        double h0, dha, dhb;  // h = h0 + a dha + b dhb
         std::array<int, 3> neighbour;  // across the edge opposite to corner k, -1 on the boundary
     };
     struct Grid {
@@ -45,9 +47,10 @@ class ControlSpace {
         std::vector<int> triangle;  // one per cell: a triangle near its middle
     };
     void reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes);
-    void add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& logs, const std::array<int, 3>& neighbour);
+    void add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& h, const std::array<int, 3>& neighbour);
+    static double size_in(const Cell& cell, double a, double b);
     int beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b) const;
-    double log_size_in_parameters(const SurfacePoint& at, int& triangle) const;
+    double size_in_parameters(const SurfacePoint& at, int& triangle) const;
 
     std::vector<Cell> cells_;
     const Background* background_ = nullptr;
