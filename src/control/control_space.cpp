@@ -1,8 +1,11 @@
 #include "gradus/control/control_space.hpp"
 
+#include "gradus/control/metric.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -42,7 +45,7 @@ double mean_density(double a, double b, double c) {
     if (b > c) std::swap(b, c);
     if (a > b) std::swap(a, b);
     if (c > kEven * a) {
-        const auto first = [](double x, double y) { return y > x ? -std::log1p((y - x) / x) / (y - x) : -1 / x; };
+        const auto first = [](double x, double y) { return y > x ? -log_size_ratio(x, y) / (y - x) : -1 / x; };
         return (first(b, c) - first(a, b)) / (c - a);
     }
     // Seven points, exact to degree 5 [Radon 1948].
@@ -78,7 +81,7 @@ void ControlSpace::add_cell(const std::array<Eigen::Vector3d, 3>& corner, const 
     const double n2 = n.squaredNorm();
     const bool has_area = n2 > 0;
     cells_.push_back({corner[0], has_area ? Eigen::Vector3d(e2.cross(n) / n2) : Eigen::Vector3d::Zero(), has_area ? Eigen::Vector3d(n.cross(e1) / n2) : Eigen::Vector3d::Zero(),
-                      h[0], h[1] - h[0], h[2] - h[0], neighbour});
+                      h, neighbour});
 }
 
 ControlSpace::ControlSpace(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, std::span<const double> sizes) {
@@ -179,9 +182,10 @@ int ControlSpace::beyond_fold(const Eigen::Vector3d& p, int triangle, double a, 
 }
 
 double ControlSpace::size_in(const Cell& cell, double a, double b) {
-    if (a >= 0 && b >= 0 && a + b <= 1) return cell.h0 + a * cell.dha + b * cell.dhb;
+    const double w0 = 1 - a - b;
+    if (w0 >= 0 && a >= 0 && b >= 0) return w0 * cell.h[0] + a * cell.h[1] + b * cell.h[2];
     const auto w = clamped(a, b);
-    return cell.h0 + w[1] * cell.dha + w[2] * cell.dhb;
+    return w[0] * cell.h[0] + w[1] * cell.h[1] + w[2] * cell.h[2];
 }
 
 double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
@@ -205,7 +209,7 @@ double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
         came_from = triangle;
         triangle = cell.neighbour[out];
     }
-    return cells_[triangle].h0;
+    return cells_[triangle].h[0];
 }
 
 double ControlSpace::size_in_parameters(const SurfacePoint& at, int& triangle) const {
@@ -245,12 +249,18 @@ double ControlSpace::size(const SurfacePoint& at) const {
     return size_in_parameters(at, triangle);
 }
 
+double ControlSpace::least_relative_size() const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Cell& c : cells_) least = std::min(least, *std::min_element(c.h.begin(), c.h.end()) / c.p0.cwiseAbs().maxCoeff());
+    return least;
+}
+
 double ControlSpace::predicted_triangles() const {
     double sum = 0;
     for (const Cell& c : cells_) {
         // The gradients of two barycentric coordinates span a parallelogram of one over that of the sides.
         const double over_twice_area = c.ga.cross(c.gb).norm();
-        if (over_twice_area > 0) sum += mean_density(c.h0, c.h0 + c.dha, c.h0 + c.dhb) / over_twice_area;
+        if (over_twice_area > 0) sum += mean_density(c.h[0], c.h[1], c.h[2]) / over_twice_area;
     }
     return sum / (std::numbers::sqrt3 / 4);
 }

@@ -417,12 +417,12 @@ bool Builder::misrepresented(int t, const BackgroundOptions& options, double* er
         if (gap.cross(chord).norm() > options.chord_tolerance * L * L) return true;
         const double exact = size_on_edge(h, middle);
         if (L <= options.finest * std::min(exact, smallest)) continue;
-        const double deviation = std::abs(std::log(exact * exact / (sizes_[a] * sizes_[b]))) / 2;
+        const double deviation = std::abs(std::log(2 * exact / (sizes_[a] + sizes_[b])));
         if (deviation > options.size_tolerance) return true;
         *error = std::max(*error, deviation);
     }
     const double centre = exact_size({patch_[t], (uv_[t][0] + uv_[t][1] + uv_[t][2]) / 3});
-    const double deviation = std::abs(std::log(centre * centre * centre / (sizes_[v[0]] * sizes_[v[1]] * sizes_[v[2]]))) / 3;
+    const double deviation = std::abs(std::log(3 * centre / (sizes_[v[0]] + sizes_[v[1]] + sizes_[v[2]])));
     if (deviation > options.size_tolerance) return true;
     *error = std::max(*error, deviation);
     return false;

@@ -25,6 +25,7 @@ using Eigen::Vector3d;
 constexpr double kSizeTolerance = 0.2;  // |ln(size / interpolated size)| at the middle of an edge that is worth a cut
 constexpr double kShortest = 1;         // metric length of edges that are never cut: the mesh could not show more
 constexpr double kHidden = 0.5;         // of the sizes at its ends, from which an edge off features may hide a smaller one
+constexpr double kFinestPrescribed = 1e-9;  // of the diagonal, down to which the background is cut at a point
 constexpr int kMostPasses = 40;
 constexpr double kFlat = 1e-3;           // of the size: two triangles are flat that rise less
 constexpr double kNearlyDelaunay = 1e-9;
@@ -214,6 +215,12 @@ class Cutter {
     }
 
     void cut(int max_triangles) {
+        if (!rule_.at.empty()) {
+            std::vector<int> all(surface_.soup().triangles.size());
+            std::iota(all.begin(), all.end(), 0);
+            const ClosestTriangle tree(surface_.soup().points, surface_.soup().triangles, std::move(all));
+            for (const SizingRule::At& at : rule_.at) cut_to(at, tree.closest(at.point).triangle, max_triangles);
+        }
         for (int pass = 0; pass < kMostPasses && mesh_.num_triangles() < max_triangles; ++pass) {
             find_middle_sizes();
             std::vector<std::pair<double, int>> long_edges;
@@ -340,6 +347,16 @@ class Cutter {
 
     double middle_curvature(int h) const { return (at_corner_[h] + at_corner_[Connectivity::next(h)]) / 2; }
 
+    // Cuts the triangles at a prescribed point until one of their corners is no farther from it than the size that holds there.
+    void cut_to(const SizingRule::At& at, int closest, int max_triangles) {
+        const double size = std::max(at.size, kFinestPrescribed * surface_.diagonal());
+        while (mesh_.num_triangles() < max_triangles) {
+            const int longest = longest_of(piece_at(closest, at.point));
+            if (length(longest) <= size) return;
+            split(longest_around(longest));
+        }
+    }
+
     // The middle of an edge as a place of the triangulation.
     std::vector<SidedPlace> middle_of(int h) const {
         const Vector3d middle = (points_[mesh_.origin(h)] + points_[mesh_.target(h)]) / 2;
@@ -355,7 +372,7 @@ class Cutter {
         Bounds::Bound bound = bounds_.at(middle_of(h), size_of(curvature));
         // Along a frozen edge there is one element: larger ones are not asked for.
         if (source_[h] >= 0 && surface_.frozen().has_edge(source_[h])) {
-            const double between = std::sqrt(sizes_[mesh_.origin(h)] * sizes_[mesh_.target(h)]);
+            const double between = (sizes_[mesh_.origin(h)] + sizes_[mesh_.target(h)]) / 2;
             if (between < bound.size) bound = {between};
         }
         return bound;
@@ -381,7 +398,7 @@ class Cutter {
     bool misrepresents(int h) {
         if (!may_misrepresent(h)) return false;
         const double ha = sizes_[mesh_.origin(h)], hb = sizes_[mesh_.target(h)], size = middle_size(h);
-        return length(h) > kShortest * std::min({ha, hb, size}) && std::abs(std::log(size / std::sqrt(ha * hb))) > kSizeTolerance;
+        return length(h) > kShortest * std::min({ha, hb, size}) && std::abs(std::log(2 * size / (ha + hb))) > kSizeTolerance;
     }
 
     // All that cutting is going to ask for at first.
@@ -410,9 +427,9 @@ class Cutter {
         const double weight[3] = {(c - b).cross(q - b).norm(), (a - c).cross(q - c).norm(), (b - a).cross(q - a).norm()};
         const double whole = weight[0] + weight[1] + weight[2];
         if (!(whole > 0)) return false;
-        double log_size = 0;
-        for (int k = 0; k < 3; ++k) log_size += weight[k] / whole * std::log(sizes_[v[k]]);
-        return log_size > std::log(faced.size) + kSizeTolerance;
+        double size = 0;
+        for (int k = 0; k < 3; ++k) size += weight[k] / whole * sizes_[v[k]];
+        return std::log(size / faced.size) > kSizeTolerance;
     }
 
     int longest_of(int t) const {
@@ -433,13 +450,19 @@ class Cutter {
         return (closest_point(q, points_[v[0]], points_[v[1]], points_[v[2]]) - q).norm();
     }
 
+    // The piece of a triangle of the triangulation that is closest to a point.
+    int piece_at(int triangle, const Vector3d& q) const {
+        int closest = triangle;
+        if (const auto pieces = pieces_.find(triangle); pieces != pieces_.end())
+            for (const int t : pieces->second)
+                if (distance(t, q) < distance(closest, q)) closest = t;
+        return closest;
+    }
+
     // Puts down what a bound faces, in the piece of its triangle that holds it, unless that is small.
     void note(const Bounds::Bound& bound) {
         if (bound.faced.triangle < 0) return;
-        int holder = bound.faced.triangle;
-        if (const auto pieces = pieces_.find(holder); pieces != pieces_.end())
-            for (const int t : pieces->second)
-                if (distance(t, bound.faced.point) < distance(holder, bound.faced.point)) holder = t;
+        const int holder = piece_at(bound.faced.triangle, bound.faced.point);
         if (length(longest_of(holder)) > kShortest * bound.size) faced_[holder].push_back({bound.faced.point, bound.size});
     }
 

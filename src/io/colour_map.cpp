@@ -78,6 +78,9 @@ Table tabulate(Colour (*map)(double)) {
     return table;
 }
 
+/// Differences of values in a range that say nothing.
+double rounding_of(const Range& range) { return 1e-9 * std::max(std::abs(range.low), std::abs(range.high)); }
+
 }  // namespace
 
 Colour colour_at(ColourMap map, double t) {
@@ -105,13 +108,15 @@ Range range_of(std::span<const double> values, Scale scale) {
     return range;
 }
 
+bool is_one_value(const Range& range) { return !(range.high - range.low > rounding_of(range)); }
+
 double place_on(const Range& range, Scale scale, double value) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     if (std::isnan(value) || (scale == Scale::Logarithmic && !(value > 0))) return none;
     const bool logarithmic = scale == Scale::Logarithmic;
     const double low = logarithmic ? std::log(range.low) : range.low, high = logarithmic ? std::log(range.high) : range.high;
     const double x = logarithmic ? std::log(value) : value;
-    if (!(high > low)) return x < low ? 0 : x > low ? 1 : 0.5;
+    if (is_one_value(range)) return value < range.low - rounding_of(range) ? 0 : value > range.high + rounding_of(range) ? 1 : 0.5;
     return (x - low) / (high - low);
 }
 
@@ -137,7 +142,7 @@ std::vector<double> ticks(const Range& range, Scale scale, int wanted) {
         }
     }
     const double span = range.high - range.low;
-    if (!(span > 0) || !std::isfinite(span)) return {range.low};
+    if (is_one_value(range) || !std::isfinite(span)) return {range.low};
     const double rough = span / std::max(wanted, 1), power = std::pow(10, std::floor(std::log10(rough)));
     const double digit = rough / power < 1.5 ? 1 : rough / power < 3.5 ? 2 : rough / power < 7.5 ? 5 : 10;
     const double step = digit * power;

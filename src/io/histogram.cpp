@@ -100,7 +100,7 @@ HistogramData count_values(std::span<const double> values, int bins, std::option
     histogram.range = range.value_or(range_of(values, scale));
     histogram.scale = scale;
     // All values the same: a bin around them.
-    if (!(histogram.range.high > histogram.range.low)) {
+    if (is_one_value(histogram.range)) {
         const double v = histogram.range.low, spread = v == 0 ? 0.5 : 0.05 * std::abs(v);
         histogram.range = {v - spread, v + spread};
     }

@@ -37,6 +37,7 @@ constexpr double kMuchStretched = 0.1;   // of the triangles
 constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
 constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
 constexpr double kWidestFan = 2.3;     // ratio of edges at a vertex up to which its triangles are as good as their shape
+constexpr double kLeastSize = 1e-9;      // over the coordinates: elements that small have shapes to seven digits
 constexpr double kSameQuality = 0.01;  // a triangle that changed less is not tried again
 
 struct LengthAt {
@@ -450,9 +451,13 @@ void take_report(const OptimiseReport& report, RemeshStatistics& statistics) {
     statistics.below_goal = report.below_goal;
 }
 
-void check_estimate(double predicted, const RemeshOptions& options) {
+double check_estimate(const ControlSpace& control, const RemeshOptions& options) {
+    const double predicted = control.predicted_triangles(), least = control.least_relative_size();
     if (predicted > options.max_triangles)
         throw std::length_error(fmt::format("the size map asks for about {:.15g} triangles, more than {:.0f}", predicted, options.max_triangles));
+    if (least < kLeastSize)
+        throw std::invalid_argument(fmt::format("the size map goes down to {:.3g} of the coordinates, below {:g}: rounding leaves no triangles that small", least, kLeastSize));
+    return predicted;
 }
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock) {

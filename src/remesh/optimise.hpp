@@ -28,8 +28,10 @@ struct OptimiseReport {
 
 void take_report(const OptimiseReport& report, RemeshStatistics& statistics);
 
-/// @throws std::length_error where more triangles are predicted than allowed
-void check_estimate(double predicted, const RemeshOptions& options);
+/// @returns the number of triangles predicted
+/// @throws std::length_error where there are more than allowed
+/// @throws std::invalid_argument where sizes are lost in the rounding of coordinates
+double check_estimate(const ControlSpace& control, const RemeshOptions& options);
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock);
 

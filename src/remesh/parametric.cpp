@@ -386,8 +386,7 @@ SurfaceMesh export_mesh(const PatchModel& model, const Support& support, const E
 RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const RemeshOptions& options) {
     RemeshResult result;
     RemeshStatistics& statistics = result.statistics;
-    statistics.predicted_triangles = control.predicted_triangles();
-    check_estimate(statistics.predicted_triangles, options);
+    statistics.predicted_triangles = check_estimate(control, options);
     std::optional<tbb::global_control> limit;
     if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
 

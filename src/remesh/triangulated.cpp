@@ -624,10 +624,7 @@ class Remesher {
     }
 
   private:
-    void expect(const ControlSpace& control) {
-        result_.statistics.predicted_triangles = control.predicted_triangles();
-        check_estimate(result_.statistics.predicted_triangles, options_);
-    }
+    void expect(const ControlSpace& control) { result_.statistics.predicted_triangles = check_estimate(control, options_); }
 
     void optimise_for(MeshStage stage, std::vector<char> active) {
         const bool fast = stage == MeshStage::Draft || options_.fast;

@@ -599,3 +599,38 @@ TEST_CASE("remesh says where a size holds that is prescribed off the vertices", 
     CHECK_THAT(at_vertex.out, !Catch::Contains("holds"));
     CHECK_THAT(far.out, Catch::Contains("the size 0.1 at 100 0 1 holds 99 from there"));
 }
+
+TEST_CASE("a size inside a large facet is met there, and grows from there no faster than asked for", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", triangulations::soup(triangulations::cube(2)));
+    const double h = GENERATE(0.02, 1e-5);
+    CAPTURE(h);
+    const Outcome outcome = run(folder, "remesh in.off -o out.vtu --hmax 0.3 --growth 1.2 --size-at 0.43,0.37,1=" + std::to_string(h));
+    CAPTURE(outcome.out, outcome.err);
+    REQUIRE(outcome.code == 0);
+    const Eigen::Vector3d at(0.43, 0.37, 1);
+    const TriangleSoup mesh = read_mesh(folder / "out.vtu");
+    double longest = 0, nearest = 1;
+    for (const Triangle& t : mesh.triangles)
+        for (int k = 0; k < 3; ++k) {
+            const Eigen::Vector3d &p = mesh.points[t[k]], &q = mesh.points[t[(k + 1) % 3]];
+            const double away = ((p + q) / 2 - at).norm(), length = (p - q).norm();
+            nearest = std::min(nearest, (p - at).norm());
+            if (away < 2 * h) longest = std::max(longest, length);
+            // Unit edges of sizes that grow by ln 1.2 per length, from the vertex of the background that is within h. On its face the way is straight.
+            if (p.z() == 1 && q.z() == 1) CHECK(length < 1.6 * (h + std::log(1.2) * (away + h)));
+        }
+    CHECK(nearest < h);
+    CHECK(longest > 0.6 * h);
+    CHECK(longest < 2.5 * h);
+}
+
+TEST_CASE("sizes that coordinates cannot show are refused", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", tin());
+    const std::string h = GENERATE("1e-12", "1e-300");
+    const Outcome outcome = run(folder, "remesh in.off -o out.off --size-at 1,0,1=" + h);
+    CHECK(outcome.code != 0);
+    CHECK_THAT(outcome.err, Catch::Contains("rounding leaves no triangles that small"));
+    CHECK_FALSE(std::filesystem::exists(folder / "out.off"));
+}

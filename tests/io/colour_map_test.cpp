@@ -65,6 +65,19 @@ TEST_CASE("ticks are round, rising and inside their range", "[io][property]") {
     }
 }
 
+TEST_CASE("a range that is none but for rounding has one tick, and one colour", "[io][exact]") {
+    const double h = 0.0377;
+    const Range range{h, h * (1 + 3e-16)};
+    REQUIRE(range.high > range.low);
+    CHECK(is_one_value(range));
+    const Scale scale = GENERATE(Scale::Linear, Scale::Logarithmic);
+    CHECK(ticks(range, scale) == std::vector<double>{h});
+    CHECK(place_on(range, scale, range.low) == 0.5);
+    CHECK(place_on(range, scale, range.high) == 0.5);
+    CHECK(place_on(range, scale, 0.9 * h) == 0);
+    CHECK(place_on(range, scale, 1.1 * h) == 1);
+}
+
 TEST_CASE("tick labels are short", "[io][exact]") {
     CHECK(tick_label(0) == "0");
     CHECK(tick_label(0.2) == "0.2");

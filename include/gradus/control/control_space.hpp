@@ -32,13 +32,16 @@ class ControlSpace {
     /// Number of triangles a unit mesh has: the sum over triangles of the integral of 1 / (sqrt(3)/4 h^2), exact.
     double predicted_triangles() const;
 
+    /// Smallest size over the largest coordinate of a triangle it is at.
+    double least_relative_size() const;
+
     int num_triangles() const { return static_cast<int>(cells_.size()); }
 
   private:
     // What a step of the walk reads, in one place: barycentric coordinates are 1 - a - b, a, b with a = ga.(p - p0), b = gb.(p - p0).
     struct Cell {
         Eigen::Vector3d p0, ga, gb;
-        double h0, dha, dhb;  // h = h0 + a dha + b dhb
+        std::array<double, 3> h;  // at the corners
         std::array<int, 3> neighbour;  // across the edge opposite to corner k, -1 on the boundary
     };
     struct Grid {

@@ -26,7 +26,8 @@ struct SizingRule {
     double hmin = 0;                                        ///< unit of length, >= 0
     double hmax = std::numeric_limits<double>::infinity();  ///< unit of length, > hmin
 
-    /// A size prescribed at a point: its map is lowered to `size` at the nearest vertex of the background.
+    /// A size prescribed at a point: its map is lowered to `size` at the nearest vertex of the background. Backgrounds that are made by a
+    /// rule have one within `size` of the surface's point that is nearest.
     struct At {
         Eigen::Vector3d point;
         double size;

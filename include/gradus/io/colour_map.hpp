@@ -33,10 +33,14 @@ struct Range {
 /// none.
 Range range_of(std::span<const double> values, Scale scale = Scale::Linear);
 
-/// Place of a value: 0 at range.low, 1 at range.high, beyond them outside [0, 1]; NaN for a value the scale cannot show.
+/// Whether the ends are equal but for rounding: within 1e-9 of the larger.
+bool is_one_value(const Range& range);
+
+/// Place of a value: 0 at range.low, 1 at range.high, beyond them outside [0, 1]; NaN for a value the scale cannot show. Where the
+/// range is one value, that has the middle.
 double place_on(const Range& range, Scale scale, double value);
 
-/// Round values for the ticks of an axis, about `wanted` of them, all inside the range.
+/// Round values for the ticks of an axis, about `wanted` of them, all inside the range; one where that is one value.
 /// Linear: multiples of 1, 2 or 5 times a power of ten. Logarithmic: powers of ten, with 2 and 5 between if they are few.
 std::vector<double> ticks(const Range& range, Scale scale, int wanted = 5);
 

@@ -36,6 +36,7 @@ struct RemeshResult {
 /// Curves first, each once; then patch by patch a metric-governed Delaunay mesh in parameter space, mapped; then local
 /// operations on the surface. Creases, boundaries, corners and poles are kept; smooth patch borders are not seen in the mesh.
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
+/// @throws std::invalid_argument for a size below 1e-9 of the coordinates there
 RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const RemeshOptions& options = {});
 
 }  // namespace gradus

@@ -123,6 +123,7 @@ bool is_around(const Eigen::Vector3d& p, double size, std::span<const Eigen::Vec
 /// @param checks   null: none
 /// @throws std::invalid_argument for required elements as frozen_elements does, and where there are fewer cells than vertices, or labels are not one per triangle
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
+/// @throws std::invalid_argument for a size below 1e-9 of the coordinates there
 RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options = {},
                     MeshChecks* checks = nullptr);
 
