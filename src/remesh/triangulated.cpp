@@ -30,7 +30,7 @@ constexpr double kAround = 3;        // sizes
 constexpr double kSamePlace = 0.25;  // sizes: what was broken and moved is broken as before
 constexpr int kMostAttempts = 4;     // to lower sizes, and to polish
 constexpr double kWider = 3;         // each time
-constexpr int kMostRetries = 3, kMostFailures = 2;  // of places where elements are bad
+constexpr int kMostRetries = 6, kMostFailures = 4;  // of places where elements are bad
 constexpr double kSmaller = 0.8;     // factor of the sizes there, each time one led to nothing better
 constexpr std::size_t kMostBadPlaces = 100;
 constexpr double kAroundBad = 8;     // sizes: how far from there it is polished again

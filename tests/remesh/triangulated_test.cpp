@@ -474,7 +474,7 @@ TEST_CASE("where elements are bad without a cause another mesh is tried, and tak
     CHECK(content.asked_below == 1);
     CHECK(retrying.asked_below >= 1);
     check_topology_kept(second);
-    CHECK(retrying.taken_back <= 2);
+    CHECK(retrying.taken_back <= 4);
     // What is returned is what was checked last.
     CHECK(sorted_points(second.result.mesh) == sorted_points(retrying.checked_last));
     if (retrying.taken_back == retrying.asked_below) CHECK(sorted_points(second.result.mesh) == sorted_points(first.result.mesh));
@@ -531,7 +531,7 @@ TEST_CASE("at faults that are left sizes are lowered again", "[property]") {
     // What cannot be is given up.
     WantingShort greedy(place, 0.001);
     remeshed(surface, uniform(0.3), {}, &greedy);
-    CHECK(greedy.asked_below <= 3);
+    CHECK(greedy.asked_below <= 6);
 }
 
 TEST_CASE("a mesh stays what it is where another one would have more triangles than there may be", "[property]") {
@@ -542,8 +542,8 @@ TEST_CASE("a mesh stays what it is where another one would have more triangles t
     const Remeshed first = remeshed(surface, uniform(0.15), careless, &content);
     careless.max_triangles = first.result.statistics.predicted_triangles * 1.0001;
     const Remeshed second = remeshed(surface, uniform(0.15), careless, &retrying);
-    CHECK(retrying.asked_below == 2);
-    CHECK(retrying.taken_back == 2);
+    CHECK(retrying.asked_below == 4);
+    CHECK(retrying.taken_back == 4);
     CHECK(sorted_points(second.result.mesh) == sorted_points(first.result.mesh));
     CHECK(second.result.statistics.predicted_triangles == first.result.statistics.predicted_triangles);
 }
