@@ -462,7 +462,8 @@ double check_estimate(const ControlSpace& control, const RemeshOptions& options)
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock) {
     OptimiseReport report;
-    const int sweeps = options.fast ? 1 : 2, sweeps_of_fit = options.fitted || !options.active.empty() ? 1 : sweeps;
+    // What comes from a draft, or is changed in places, needs less.
+    const bool is_rough = !options.fast && !options.fitted && options.active.empty();
     const auto fit_lengths = [&] {
         split_long(editor, options, report);
         report.collapses += collapse_short(editor, options);
@@ -472,28 +473,28 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
         report.flips += flip_edges(editor, options);
         smooth(editor, options, times);
     };
-    for (int round = 0; round < (options.fast || options.fitted ? 1 : kFitRounds); ++round) {
+    for (int round = 0; round < (is_rough ? kFitRounds : 1); ++round) {
         fit_lengths();
         // Triangles that are given are far from what is asked for: there collapses leave much to split.
         if (round == 0 && options.given) fit_lengths();
         // What is next to each other in space is next to each other in memory from here on.
         if (round == 0 && options.active.empty()) editor.renumber();
-        fit_shapes(sweeps_of_fit);
+        fit_shapes(is_rough ? 2 : 1);
     }
     if (const int splits = options.fast || !options.active.empty() ? 0 : break_lattices(editor); splits > 0) {
         report.splits += splits;
-        fit_shapes(sweeps);
+        fit_shapes(2);
         fit_lengths();
-        fit_shapes(sweeps);
+        fit_shapes(2);
     }
     clock.done("fitting");
     if (options.fast) {
         relax_worst(editor);
     } else {
-        fit_shapes(sweeps);
+        fit_shapes(1);
         clock.done("smoothing");
         attempt_for_mean(editor, options, report);
-        smooth(editor, options, sweeps);
+        smooth(editor, options, 2);
         clock.done("attempts");
         attempt_for_worst(editor, options, report);
     }

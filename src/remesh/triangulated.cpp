@@ -643,6 +643,7 @@ class Remesher {
         editor_ = std::make_unique<Editor>(*on_it, with_sizes(mesh, vertices, sizes), mesh);
         support_ = std::move(on_it);
         own_ = std::move(finer);
+        clock_.done("assembly");
     }
 
     std::optional<std::vector<double>> sizes_after(MeshStage stage) {
