@@ -15,7 +15,9 @@ constexpr double kSteepest = 0.5;  // cosine of the angle between an edge and it
 
 constexpr double kNormalCosine = 0.87;  // normals of vertices count as far as 30 degrees from the facet's
 constexpr double kInnerReach = 0.15;  // over the shortest edge
-constexpr double kRiseOverWidth = 0.25;  // of the curve of an edge, over the width of the narrower facet beside it; of a patch over that of its own
+// Of the curve of an edge, over the width of the narrower facet beside it, and of a patch over that of its own: where facets turn little,
+// and where they turn by so much that a smooth surface is guessed; cosines of these angles, 25 and 45 degrees.
+constexpr double kRiseOverWidth = 0.25, kRiseWhereSharp = 0.08, kLittle = 0.906, kSharp = 0.707;
 constexpr double kInnerBulge = 1.5;  // of an inner control point: a round one has about twice the height of the edges' middles
 
 // Weight of a corner that is exact for spheres, times its normal [Max 1999].
@@ -143,6 +145,14 @@ void SmoothSupport::turn_normals(const Features& features) {
     }
 }
 
+// How far the curve of an edge may rise over the width of what is beside it, by how much the two facets turn; not across features.
+double SmoothSupport::rise_over_width(int h) const {
+    const int g = mesh_->twin(h);
+    if (g < 0 || mesh_->tag(h) >= 0) return kRiseOverWidth;
+    const double cosine = facet_normal(h / 3).dot(facet_normal(g / 3)), sharpness = std::clamp((kLittle - cosine) / (kLittle - kSharp), 0.0, 1.0);
+    return kRiseOverWidth + sharpness * (kRiseWhereSharp - kRiseOverWidth);
+}
+
 // Height of the lower of the facets beside an edge over it.
 double SmoothSupport::width_beside(int h) const {
     const Vector3d &a = points_[mesh_->origin(h)], along = points_[mesh_->target(h)] - a;
@@ -186,7 +196,7 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
     Vector3d from = handle(ta), to = handle(tb);
     // The middle of the cubic lies 3/8 of the difference of the handles off the chord, a bend either way .29 of one of them.
     const double bulge = std::max({0.375 * without(from - to, along).norm(), 0.29 * without(from, along).norm(), 0.29 * without(to, along).norm()});
-    const double most = std::min(options_.largest_bulge, kRiseOverWidth * width_beside(h));
+    const double most = std::min(options_.largest_bulge, rise_over_width(h) * width_beside(h));
     if (bulge > most) {
         const double share = most / bulge;
         const auto flatten = [&](const Vector3d& v) { return Vector3d(v.dot(along) * along + share * without(v, along)); };
@@ -238,7 +248,7 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
     const Vector3d area = (p[1] - p[0]).cross(p[2] - p[0]), facing = area.stableNormalized();
     const auto [shortest, longest] = std::minmax({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
     const double width = longest > 0 ? area.stableNorm() / longest : 0;
-    const double most = kInnerBulge * std::min(options_.largest_bulge, kRiseOverWidth * width);
+    const double most = kInnerBulge * std::min(options_.largest_bulge, std::min({rise_over_width(3 * triangle), rise_over_width(3 * triangle + 1), rise_over_width(3 * triangle + 2)}) * width);
     const double reach = kInnerReach * shortest;
     for (int k = 0; k < 3; ++k) {
         for (int i = 0; i < 2; ++i) {

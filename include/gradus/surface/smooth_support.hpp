@@ -30,7 +30,8 @@ class SmoothSupport {
   public:
     struct Options {
         /// The middle of an edge curve stays this near to the edge, and a patch as near to its facet, about: unit of length. No curve rises
-        /// more than a quarter of the width of the facets beside it either, about: on needles the surface would fold.
+        /// more than a quarter of the width of the facets beside it either, about, and less where they turn by more than 25 degrees: on needles
+        /// the surface would fold.
         double largest_bulge = std::numeric_limits<double>::infinity();
     };
     /// @param mesh     its half-edges tagged with the chain they belong to, or -1; must outlive this, as `points` and `wedges` must
@@ -72,6 +73,7 @@ class SmoothSupport {
         Eigen::Vector3d from, to;  // inner control points of the cubic over a half-edge
     };
     Handles handles(int h) const;
+    double rise_over_width(int h) const;
     double width_beside(int h) const;
     Eigen::Vector3d held_normal(int triangle, int k, const Eigen::Vector3d& facing) const;
     void turn_normals(const Features& features);
