@@ -17,7 +17,7 @@ constexpr double kNormalCosine = 0.87;  // normals of vertices count as far as 3
 constexpr double kInnerReach = 0.15;  // over the shortest edge
 // Of the curve of an edge, over the width of the narrower facet beside it, and of a patch over that of its own: where facets turn little,
 // and where they turn by so much that a smooth surface is guessed; cosines of these angles, 25 and 45 degrees.
-constexpr double kRiseOverWidth = 0.25, kRiseWhereSharp = 0.08, kLittle = 0.906, kSharp = 0.707;
+constexpr double kRiseOverWidth = 0.25, kRiseWhereSharp = 0.04, kLittle = 0.906, kSharp = 0.707;
 constexpr double kInnerBulge = 1.5;  // of an inner control point: a round one has about twice the height of the edges' middles
 
 // Weight of a corner that is exact for spheres, times its normal [Max 1999].
