@@ -29,7 +29,7 @@ struct Run {
 std::vector<Run> list_runs(const Editor& editor, const OptimiseOptions& options) {
     const Connectivity& mesh = editor.mesh();
     const auto slides = [&](int v) { return editor.vertex(v).bound == Bound::Curve && options.is_active(v); };
-    // What slides has two.
+    // What slides has two; if it has not, the run ends there.
     const auto neighbours_on_curve = [&](int v) {
         std::array<int, 2> on_curve{-1, -1};
         int count = 0;
@@ -50,16 +50,18 @@ std::vector<Run> list_runs(const Editor& editor, const OptimiseOptions& options)
             row.push_back(next);
             while (slides(row.back()) && row.back() != start) {
                 done[row.back()] = 1;
-                const std::array<int, 2> ways = neighbours_on_curve(row.back());
-                row.push_back(ways[0] == row[row.size() - 2] ? ways[1] : ways[0]);
+                const auto [one, other] = neighbours_on_curve(row.back());
+                if (other < 0) return;
+                row.push_back(one == row[row.size() - 2] ? other : one);
             }
         };
-        const std::array<int, 2> ways = neighbours_on_curve(start);
-        go_on(ways[0]);
+        const auto [one, other] = neighbours_on_curve(start);
+        if (other < 0) continue;
+        go_on(one);
         run.slides_all_round = row.back() == start;
         if (!run.slides_all_round) {
             std::reverse(row.begin(), row.end());
-            go_on(ways[1]);
+            go_on(other);
         }
         runs.push_back(std::move(run));
     }
