@@ -169,7 +169,7 @@ class Editor {
     // Returns the distance moved over the size (0 when it stayed).
     double relax(int v, Aim aim = Aim::Mean);
 
-    // Moves a vertex of a feature curve half way, in the metric, between two of its neighbours, as long as no triangle gets much worse for it.
+    // Moves a vertex of a feature curve half way, in the metric, between two of its neighbours, unless a triangle would degenerate or fold.
     // Returns the same.
     double centre(int v, int a, int b);
 
