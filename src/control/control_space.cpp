@@ -1,12 +1,15 @@
 #include "gradus/control/control_space.hpp"
 
 #include "gradus/control/metric.hpp"
+#include "gradus/mesh/closest.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -18,6 +21,7 @@ constexpr double kInside = 1e-9;  // barycentric coordinates this far below 0 co
 // A point this much nearer to a side of a triangle than it is high over it may be of the triangle beyond, where its height is less than half.
 constexpr double kSteepest = 4;   // tangent: folds of more than 166 degrees aside
 constexpr double kLower2 = 0.25;
+constexpr double kFar2 = 0.0625;   // squared: of the size, from a point to where a walk to it ends
 constexpr int kMostSteps = 10000; // a walk is a few steps long; the bound only stops one that circles
 
 // Weights of the corners after those that are negative are dropped.
@@ -59,14 +63,17 @@ double mean_density(double a, double b, double c) {
     return 0.5 * (w0 * density(1.0 / 3, 1.0 / 3) + w1 * orbit(a1) + w2 * orbit(a2));
 }
 
-// Squared height of d over the plane of a cell, and the squared length of the normal that it is a multiple of: 0 without area.
-std::pair<double, double> height2_times(const Eigen::Vector3d& ga, const Eigen::Vector3d& gb, const Eigen::Vector3d& d) {
-    const Eigen::Vector3d n = ga.cross(gb);
-    const double along = n.dot(d);
-    return {along * along, n.squaredNorm()};
-}
-
 }  // namespace
+
+struct ControlSpace::Tree {
+    std::once_flag planted;
+    std::vector<Eigen::Vector3d> points;
+    std::vector<Triangle> triangles;
+    std::optional<ClosestTriangle> closest;
+};
+
+ControlSpace::~ControlSpace() = default;
+ControlSpace::ControlSpace(ControlSpace&&) noexcept = default;
 
 void ControlSpace::reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes) {
     if (sizes.size() != vertices)
@@ -74,6 +81,7 @@ void ControlSpace::reserve(std::size_t vertices, std::size_t triangles, std::spa
     for (std::size_t v = 0; v < sizes.size(); ++v)
         if (!(sizes[v] > 0) || !std::isfinite(sizes[v])) throw std::invalid_argument("ControlSpace: size of vertex " + std::to_string(v) + " is not positive and finite");
     cells_.reserve(triangles);
+    tree_ = std::make_unique<Tree>();
 }
 
 void ControlSpace::add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& h, const std::array<int, 3>& neighbour) {
@@ -152,15 +160,54 @@ ControlSpace::ControlSpace(const Background& background, std::span<const double>
     }
 }
 
+ControlSpace::Height ControlSpace::height_over(const Cell& cell, const Eigen::Vector3d& d) {
+    const Eigen::Vector3d n = cell.ga.cross(cell.gb);
+    const double along = n.dot(d);
+    return {along * along, n.squaredNorm()};
+}
+
+// Whether a point with these coordinates is too far from a cell to have its size there: over it, or beyond its sides.
+bool ControlSpace::is_far(const Cell& cell, double a, double b, const Height& height) const {
+    const double size = size_in(cell, a, b), far2 = kFar2 * size * size;
+    if (height.squared_times > far2 * height.normal2) return true;
+    const std::array<double, 3> w{1 - a - b, a, b};
+    if (w[0] >= -kInside && w[1] >= -kInside && w[2] >= -kInside) return false;
+    const std::array<double, 3> slope2{(cell.ga + cell.gb).squaredNorm(), cell.ga.squaredNorm(), cell.gb.squaredNorm()};
+    for (int k = 0; k < 3; ++k)
+        if (w[k] < 0 && w[k] * w[k] > far2 * slope2[k]) return true;
+    return false;
+}
+
+int ControlSpace::closest_cell(const Eigen::Vector3d& p) const {
+    std::call_once(tree_->planted, [&] {
+        std::vector<int> with_area;
+        for (const Cell& c : cells_) {
+            // The sides of a triangle from the gradients of its coordinates.
+            const Eigen::Vector3d n = c.ga.cross(c.gb);
+            const double n2 = n.squaredNorm();
+            const auto first = static_cast<int>(tree_->points.size());
+            tree_->points.insert(tree_->points.end(), {c.p0, c.p0, c.p0});
+            if (n2 > 0) {
+                with_area.push_back(static_cast<int>(tree_->triangles.size()));
+                tree_->points[first + 1] += c.gb.cross(n) / n2;
+                tree_->points[first + 2] += n.cross(c.ga) / n2;
+            }
+            tree_->triangles.push_back({first, first + 1, first + 2});
+        }
+        if (!with_area.empty()) tree_->closest.emplace(tree_->points, tree_->triangles, std::move(with_area));
+    });
+    return tree_->closest ? tree_->closest->closest(p).triangle : -1;
+}
+
 // Where p is over a triangle, but not on it: the one that it may be on, beyond a fold, or -1.
-int ControlSpace::beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b) const {
+int ControlSpace::beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b, const Height& height_here) const {
     const Cell& cell = cells_[triangle];
-    const auto [height2, normal2] = height2_times(cell.ga, cell.gb, p - cell.p0);
+    const auto [height2, normal2] = height_here;
     // Whether p is much less high over a cell, and on its side of what leads there from another one.
     const auto is_lower = [&, height = height2, normal = normal2](int t, int from) {
         const Cell& other = cells_[t];
         const Eigen::Vector3d d = p - other.p0;
-        const auto [other_height2, other_normal2] = height2_times(other.ga, other.gb, d);
+        const auto [other_height2, other_normal2] = height_over(other, d);
         if (!(other_height2 * normal < kLower2 * height * other_normal2)) return false;
         const double x = other.ga.dot(d), y = other.gb.dot(d);
         const std::array<double, 3> v{1 - x - y, x, y};
@@ -194,22 +241,23 @@ double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
         const Cell& cell = cells_[triangle];
         const Eigen::Vector3d d = p - cell.p0;
         const double a = cell.ga.dot(d), b = cell.gb.dot(d);
-        if (a >= -kInside && b >= -kInside && a + b <= 1 + kInside) {
-            const int beyond = beyond_fold(p, triangle, a, b);
-            if (beyond < 0) return size_in(cell, a, b);
-            came_from = triangle;
-            triangle = beyond;
-            continue;
-        }
-        const int out = way_out(a, b, cell.neighbour);
+        const Height height = height_over(cell, d);
+        const bool is_over = a >= -kInside && b >= -kInside && a + b <= 1 + kInside;
+        const int out = is_over ? -1 : way_out(a, b, cell.neighbour);
+        int next = is_over ? beyond_fold(p, triangle, a, b, height) : out >= 0 ? cell.neighbour[out] : -1;
         // Over a convex edge neither triangle holds the point: the walk would go to and fro.
-        if (out < 0 || cell.neighbour[out] == came_from) {
-            return size_in(cell, a, b);
+        if (!is_over && next == came_from) next = -1;
+        if (next < 0) {
+            if (!is_far(cell, a, b, height)) return size_in(cell, a, b);
+            break;
         }
         came_from = triangle;
-        triangle = cell.neighbour[out];
+        triangle = next;
     }
-    return cells_[triangle].h[0];
+    if (const int closest = closest_cell(p); closest >= 0) triangle = closest;
+    const Cell& cell = cells_[triangle];
+    const Eigen::Vector3d d = p - cell.p0;
+    return size_in(cell, cell.ga.dot(d), cell.gb.dot(d));
 }
 
 double ControlSpace::size_in_parameters(const SurfacePoint& at, int& triangle) const {

@@ -169,3 +169,27 @@ TEST_CASE("a walk goes on over the folds of a surface of few triangles", "[contr
                 REQUIRE(control.size(p, from) == Approx(size(p)));
             }
 }
+
+TEST_CASE("a size is that of the closest triangle from wherever the walk begins", "[control]") {
+    // A tetrahedron with edges sharper than a right angle: the walk from below a face ends under it. h is linear in space.
+    const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.1, 0.5}};
+    const std::vector<Triangle> triangles{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    const auto size = [](const Eigen::Vector3d& p) { return 0.004 * (2 + 1.5 * p.x() - p.y() + 5 * p.z()); };
+    std::vector<double> sizes;
+    for (const Eigen::Vector3d& p : points) sizes.push_back(size(p));
+    const ControlSpace control(points, Connectivity(4, triangles), sizes);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    for (int t = 0; t < 4; ++t)
+        for (int start = 0; start < 4; ++start)
+            for (int i = 0; i < 200; ++i) {
+                double a = uniform(random), b = uniform(random);
+                if (a + b > 1) a = 1 - a, b = 1 - b;
+                const auto& [u, v, w] = triangles[t];
+                const Eigen::Vector3d p = (1 - a - b) * points[u] + a * points[v] + b * points[w];
+                int found = start;
+                CAPTURE(t, start, p.transpose());
+                // Nearer to another face than a quarter of the size that may be the one found.
+                REQUIRE(control.size(p, found) == Approx(size(p)).margin(0.25 * 0.06 * 0.02));
+            }
+}

@@ -4,6 +4,7 @@
 #include "gradus/control/background.hpp"
 #include "gradus/mesh/connectivity.hpp"
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace gradus {
 /// of the background holds between its vertices, however large they are for the sizes. (Where sizes vary geometrically [Borouchaki 1998, eq. 6]
 /// the slope along an edge is up to r ln r / (r - 1) times as steep, r the ratio of the sizes of its ends.)
 /// A point near the mesh is taken to the triangle it projects into, found by walking from a triangle that is known to be near:
-/// so parts that touch or intersect are never confused, and nothing but the mesh is needed.
+/// so parts that touch or intersect are not confused. Where the walk ends farther from the point than a quarter of the size, as behind a
+/// sharp edge of a coarse mesh, the closest triangle takes its place.
 class ControlSpace {
   public:
     /// @param sizes  one per vertex, > 0 and finite
@@ -21,6 +23,8 @@ class ControlSpace {
     ControlSpace(const Background& background, std::span<const double> sizes);
     /// The same of a mesh without parameters, of which all triangles live; nothing of it is kept.
     ControlSpace(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, std::span<const double> sizes);
+    ~ControlSpace();
+    ControlSpace(ControlSpace&&) noexcept;
 
     /// Size at p, walking from `triangle` (a triangle of the background near p), which is set to the one p falls into.
     double size(const Eigen::Vector3d& p, int& triangle) const;
@@ -52,10 +56,20 @@ class ControlSpace {
     void reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes);
     void add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& h, const std::array<int, 3>& neighbour);
     static double size_in(const Cell& cell, double a, double b);
-    int beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b) const;
+    // Squared height of a point over the plane of a cell times `normal2`, the squared length of the normal that it is a multiple of: 0
+    // without area.
+    struct Height {
+        double squared_times, normal2;
+    };
+    static Height height_over(const Cell& cell, const Eigen::Vector3d& d);
+    int beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b, const Height& height) const;
+    bool is_far(const Cell& cell, double a, double b, const Height& height) const;
+    int closest_cell(const Eigen::Vector3d& p) const;
     double size_in_parameters(const SurfacePoint& at, int& triangle) const;
 
     std::vector<Cell> cells_;
+    struct Tree;
+    std::unique_ptr<Tree> tree_;  // over the cells, planted when it is needed
     const Background* background_ = nullptr;
     std::vector<Grid> grids_;  // one per patch
 };
