@@ -88,7 +88,7 @@ Mapped map_triangles(const Options& options, const std::string& given, Stages& s
         } catch (const std::invalid_argument& error) {
             throw Failure(given + ": " + error.what());
         }
-        lower_to_prescribed(map.rule, map.soup.points, map.sizes);
+        lower_to_prescribed(map.rule.at, map.soup.points, map.sizes);
         map.accuracy = "as given";
     });
     return map;

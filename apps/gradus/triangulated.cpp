@@ -182,6 +182,7 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     const ChordErrorOptions keep{
         .gradation = gradation,
         .hmin = hmin_given ? rule.hmin : kFinest * rule.hmin,
+        .prescribed = rule.at,
         .remesh = options,
         .on_check = [&](const SurfaceMesh& draft) { stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size()))); }};
     ChordErrorResult made = stages.run("meshing", [&] { return remesh_within(surface, std::move(map), *mesh.chord_error, keep); });

@@ -482,7 +482,7 @@ SizedBackground make_background(const PatchModel& model, const SizingRule& rule,
     const bool resolved = builder.refine(
         [&](int t) { return builder.near_prescribed(t) || builder.misrepresented(t, options, &error); }, options.max_triangles);
     SizedBackground result = builder.result();
-    lower_to_prescribed(rule, points_of(result.background.mesh), result.sizes);
+    lower_to_prescribed(rule.at, points_of(result.background.mesh), result.sizes);
     result.largest_error = error;
     result.resolved = resolved;
     return result;
@@ -497,7 +497,7 @@ std::vector<double> geometric_sizes(const PatchModel& model, const Background& b
             double& h = sizes[triangles[t][k]];
             h = std::min(h, size_at(model, rule, {background.patch[t], background.uv[t][k]}));
         }
-    lower_to_prescribed(rule, points_of(background.mesh), sizes);
+    lower_to_prescribed(rule.at, points_of(background.mesh), sizes);
     return sizes;
 }
 

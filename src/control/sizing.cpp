@@ -47,8 +47,8 @@ double size_from_radius(const SizingRule& rule, double rho) {
     return std::clamp(h, rule.hmin, rule.hmax);
 }
 
-void lower_to_prescribed(const SizingRule& rule, std::span<const Eigen::Vector3d> points, std::vector<double>& sizes) {
-    for (const SizingRule::At& at : rule.at) {
+void lower_to_prescribed(std::span<const SizingRule::At> prescribed, std::span<const Eigen::Vector3d> points, std::vector<double>& sizes) {
+    for (const SizingRule::At& at : prescribed) {
         const auto nearest = std::min_element(points.begin(), points.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
             return (a - at.point).squaredNorm() < (b - at.point).squaredNorm();
         });

@@ -532,7 +532,7 @@ TriangulationBackground make_background(const Triangulation& surface, const Sizi
     cutter.cut(max_triangles);
     cutter.flatten_slivers();
     TriangulationBackground result = cutter.result();
-    lower_to_prescribed(rule, points_of(result.background.mesh), result.sizes);
+    lower_to_prescribed(rule.at, points_of(result.background.mesh), result.sizes);
     return result;
 }
 
@@ -618,7 +618,7 @@ std::vector<double> sizes_at(const TriangulationBackground& map, const TriangleS
 std::vector<double> geometric_sizes(const Triangulation& surface, const SizingRule& rule) {
     check(rule);
     std::vector<double> sizes = Cutter(surface, rule).sizes();
-    lower_to_prescribed(rule, surface.soup().points, sizes);
+    lower_to_prescribed(rule.at, surface.soup().points, sizes);
     return sizes;
 }
 

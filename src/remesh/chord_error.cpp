@@ -39,6 +39,7 @@ constexpr int kMostInVainOfFew = 8;   // the same while no more than a few trian
 constexpr std::size_t kFew = 8;
 constexpr double kProgress = 0.95;    // of the smallest deviation so far: what counts as better
 constexpr double kSampleShare = 0.75; // of the chord error, for the samples of drafts: what is nearly too far is too far after the final schedule
+constexpr double kAsPrescribed = 0.5;  // of the size that drafts have at prescribed points: what is missed is refined again
 constexpr double kFewFar = 0.01;      // of the triangles, that may be too far off in a draft: the final schedule changes as much
 
 // -- How far to lower sizes --
@@ -139,6 +140,12 @@ class ChordErrorCheck : public MeshChecks {
         return stage == MeshStage::Draft ? after_draft(mesh) : after_final(mesh, in_vain);
     }
 
+    std::vector<double> sizes_of_draft(const SurfaceMesh& mesh) override {
+        std::vector<double> sizes = mesh.sizes;
+        settle(mesh, sizes);
+        return sizes;
+    }
+
     Sizes sizes_below(const SurfaceMesh& mesh, std::span<const Vector3d> places, double factor) override {
         std::vector<double> sizes = mesh.sizes;
         bool any = false;
@@ -176,8 +183,10 @@ class ChordErrorCheck : public MeshChecks {
         if (options_.on_check) options_.on_check(mesh);
         if (made_.lowerings == kMostDrafts) return std::nullopt;
         const std::vector<TooFar> far = proof().target().sample_from(view_of(mesh), kSampleShare * chord_error_, triangles_under(mesh.places));
-        if (static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size())) return std::nullopt;
-        return lower_sizes(mesh, far, kLeastInDrafts, {});
+        const bool is_near = static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size());
+        if (is_near && has_prescribed(mesh)) return std::nullopt;
+        if (auto sizes = lower_sizes(mesh, far, kLeastInDrafts, {})) return sizes;
+        return is_near ? go_on_with(mesh, mesh.sizes) : std::nullopt;
     }
 
     Sizes after_final(const SurfaceMesh& mesh, std::span<const Vector3d> in_vain) {
@@ -206,12 +215,28 @@ class ChordErrorCheck : public MeshChecks {
     // Sizes that were lowered, graded, unless that was done too often.
     Sizes go_on_with(const SurfaceMesh& mesh, std::vector<double> sizes) {
         if (made_.lowerings == kMostLowerings) return std::nullopt;
-        if (options_.gradation) grade_again(mesh, sizes);
-        std::vector<double> graded = sizes;
-        if (!mesh.required.empty() && !hold_frozen(mesh, sizes)) return std::nullopt;
-        if (options_.gradation) made_.map = {mesh.points, mesh.triangles, std::move(graded)};
+        if (!settle(mesh, sizes)) return std::nullopt;
         ++made_.lowerings;
         return sizes;
+    }
+
+    // Makes sizes what they are to be beside each other, at prescribed points and at frozen edges. @returns false where that left nothing lower
+    bool settle(const SurfaceMesh& mesh, std::vector<double>& sizes) {
+        lower_to_prescribed(options_.prescribed, mesh.points, sizes);
+        if (options_.gradation) grade_again(mesh, sizes);
+        std::vector<double> graded = sizes;
+        if (!mesh.required.empty() && !hold_frozen(mesh, sizes)) return false;
+        if (options_.gradation) made_.map = {mesh.points, mesh.triangles, std::move(graded)};
+        return true;
+    }
+
+    // Whether each prescribed size is about what the mesh has there.
+    bool has_prescribed(const SurfaceMesh& mesh) const {
+        std::vector<double> sizes = mesh.sizes;
+        lower_to_prescribed(options_.prescribed, mesh.points, sizes);
+        for (std::size_t v = 0; v < sizes.size(); ++v)
+            if (sizes[v] < kAsPrescribed * mesh.sizes[v]) return false;
+        return true;
     }
 
     // At the corners of triangles that are too far off. @returns whether any size was lowered

@@ -663,7 +663,7 @@ class Remesher {
             take_mesh();
         }
         // Sizes at its own vertices do from here on.
-        if (!own_) start_from(editor_->mesh(), editor_->vertices(), result_.mesh.sizes);
+        start_from(editor_->mesh(), editor_->vertices(), checks_->sizes_of_draft(result_.mesh));
     }
 
     // The whole schedule, and again where sizes are to be lower.

@@ -56,6 +56,6 @@ void check(const SizingRule& rule);
 double size_from_radius(const SizingRule& rule, double rho);
 
 /// Sizes prescribed at points hold at the vertices nearest to them.
-void lower_to_prescribed(const SizingRule& rule, std::span<const Eigen::Vector3d> points, std::vector<double>& sizes);
+void lower_to_prescribed(std::span<const SizingRule::At> prescribed, std::span<const Eigen::Vector3d> points, std::vector<double>& sizes);
 
 }  // namespace gradus

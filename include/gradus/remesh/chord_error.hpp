@@ -25,6 +25,7 @@ double least_chord_error(std::span<const Eigen::Vector3d> points);
 struct ChordErrorOptions {
     std::optional<GradationOptions> gradation = {};  ///< that sizes have, and have again once they were lowered; without required sizes
     double hmin = 0;                                 ///< sizes are lowered no farther, unit of length, >= 0
+    std::vector<SizingRule::At> prescribed = {};     ///< sizes at points, which no mesh on the way is to lose
     RemeshOptions remesh = {};
     std::function<void(const SurfaceMesh&)> on_check = {};  ///< called with each mesh that is going to be checked, with some twice
 };
@@ -44,7 +45,7 @@ struct ChordErrorResult {
     /// may help (see FeatureOptions::places).
     std::vector<Eigen::Vector3d> faults, stubborn;
     int lowerings = 0;    ///< how often sizes were lowered
-    /// The map after the last of them, graded; sizes beside frozen edges were raised from there. Only where it is graded.
+    /// The map that the mesh was made by, graded; sizes beside frozen edges were raised from there. Only where it is graded.
     std::optional<LoweredMap> map;
 };
 
