@@ -51,9 +51,8 @@ void add_required(const std::string& path, const TriangulationChoice& choice, Tr
 
 void add_triangulation(CLI::App& app, TriangulationChoice& choice) {
     const std::string group = "Triangulations";
-    app.add_option("--feature-angle", choice.feature_angle, "Angle between facets from which their edge is a crease, degrees")
+    app.add_option("--feature-angle", choice.feature_angle, "Angle between facets from which their edge is a crease, degrees (default: 40, and 55 where a round is sampled coarsely)")
         ->type_name("DEG")
-        ->capture_default_str()
         ->check(CLI::Range(1.0, 180.0).description(""))
         ->group(group);
     app.add_flag("--no-label-borders", choice.no_label_borders, "Borders between labels are no features")->group(group);
@@ -89,11 +88,12 @@ TriangleSoup load_soup(const std::string& path, const TriangulationChoice& choic
 // @param places  near which all folds are features
 std::unique_ptr<Triangulation> triangulation_of(const std::string& path, TriangleSoup soup, const TriangulationChoice& choice, const SizingOptions& sizing,
                                                 std::span<const Eigen::Vector3d> places = {}) {
-    if (std::isnan(choice.feature_angle)) throw UsageError("--feature-angle nan: not a number");
     TriangulationOptions options;
-    options.features.angle = choice.feature_angle * std::numbers::pi / 180;
-    options.features.weak_angle = std::min(options.features.weak_angle, 0.6 * options.features.angle);
-    options.features.sharp_angle = std::max(options.features.sharp_angle, options.features.angle);
+    if (choice.feature_angle) {
+        if (std::isnan(*choice.feature_angle)) throw UsageError("--feature-angle nan: not a number");
+        options.features.angle = options.features.sharp_angle = *choice.feature_angle * std::numbers::pi / 180;
+        options.features.weak_angle = std::min(options.features.weak_angle, 0.6 * options.features.angle);
+    }
     options.label_borders = !choice.no_label_borders;
     if (sizing.chord_error) {
         options.features.scale = *sizing.chord_error;

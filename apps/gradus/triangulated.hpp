@@ -15,7 +15,7 @@ namespace gradus::app {
 
 /// How a triangulation is taken, as given.
 struct TriangulationChoice {
-    double feature_angle = 40;  ///< degrees
+    std::optional<double> feature_angle = {};  ///< degrees
     bool no_label_borders = false;
     bool repair = false;
     std::vector<int> freeze;  ///< labels

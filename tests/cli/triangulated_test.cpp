@@ -626,6 +626,22 @@ TEST_CASE("a size inside a large facet is met there, and grows from there no fas
     CHECK(longest < 2.5 * h);
 }
 
+TEST_CASE("a prism of six sides has edges, one of eight is a cylinder unless an angle says otherwise", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "six.off", triangulations::soup(triangulations::capped_cylinder(6, 1, 1, 2, 1)));
+    write_mesh(folder / "eight.off", triangulations::soup(triangulations::capped_cylinder(8, 1, 1, 2, 1)));
+    const auto curves = [&](const std::string& arguments) {
+        const Outcome outcome = run(folder, "remesh " + arguments + " -o out.off --hmax 0.4 --json");
+        CAPTURE(outcome.err);
+        REQUIRE(outcome.code == 0);
+        return json::parse(outcome.out)["feature_curves"].get<int>();
+    };
+    CHECK(curves("six.off") >= 6 + 2 * 6);
+    CHECK(curves("eight.off --feature-angle 30") >= 8 + 2 * 8);
+    CHECK(curves("eight.off") <= 2 * 8);
+    CHECK(curves("six.off --feature-angle 70") <= 2 * 6);
+}
+
 TEST_CASE("sizes that coordinates cannot show are refused", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", tin());

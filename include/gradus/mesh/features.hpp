@@ -11,8 +11,9 @@ namespace gradus {
 
 struct FeatureOptions {
     double angle = 0.698;       ///< dihedral angle (between normals) from which an edge is a crease, radians in (0, pi]: 40 degrees
-    /// Below this an edge is none where the surface turns on as fast on both sides of it, as a coarse mesh of a round does: 70 degrees.
-    double sharp_angle = 1.22;
+    /// Below this an edge is none where the surface turns on as fast on both sides of it, as a coarse mesh of a round does: 55 degrees, so
+    /// that six sides make a prism and seven a cylinder.
+    double sharp_angle = 0.96;
     double weak_angle = 0.436;  ///< from which it continues one: 25 degrees
     /// Creases that end freely and have fewer edges than this are noise, and left out.
     int shortest = 5;
