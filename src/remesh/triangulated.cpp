@@ -662,8 +662,8 @@ class Remesher {
             optimise_for(MeshStage::Draft, changed(*editor_, result_.mesh.sizes, *sizes));
             take_mesh();
         }
-        // Sizes at its own vertices do from here on.
-        start_from(editor_->mesh(), editor_->vertices(), checks_->sizes_of_draft(result_.mesh));
+        // Sizes at its own vertices, or at those of the draft before it, do from here on.
+        if (!own_) start_from(editor_->mesh(), editor_->vertices(), checks_->sizes_of_draft(result_.mesh));
     }
 
     // The whole schedule, and again where sizes are to be lower.

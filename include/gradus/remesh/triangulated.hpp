@@ -103,7 +103,7 @@ class MeshChecks {
     /// the last, after `faults_of`.
     /// @param in_vain  places where lower sizes broke the mesh, which was put back there: lower ones are not to be asked for again
     virtual std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Eigen::Vector3d> in_vain) = 0;
-    /// Sizes at the vertices of a good draft, those that it has or what they are to be: the map of the meshes to come.
+    /// Sizes at the vertices of a first draft that is good, those that it has or what they are to be: the map of the meshes to come.
     virtual std::vector<double> sizes_of_draft(const SurfaceMesh& mesh) { return mesh.sizes; }
     /// Sizes to go on with that are smaller by a factor around some places, or nothing where they cannot be.
     virtual std::optional<std::vector<double>> sizes_below(const SurfaceMesh&, std::span<const Eigen::Vector3d>, double /*factor*/) { return std::nullopt; }
