@@ -248,7 +248,8 @@ double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
         // Over a convex edge neither triangle holds the point: the walk would go to and fro.
         if (!is_over && next == came_from) next = -1;
         if (next < 0) {
-            if (!is_far(cell, a, b, height)) return size_in(cell, a, b);
+            // Patches are resolved finely, and may touch other parts, which would be closer.
+            if (!grids_.empty() || !is_far(cell, a, b, height)) return size_in(cell, a, b);
             break;
         }
         came_from = triangle;

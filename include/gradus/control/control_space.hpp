@@ -14,8 +14,8 @@ namespace gradus {
 /// of the background holds between its vertices, however large they are for the sizes. (Where sizes vary geometrically [Borouchaki 1998, eq. 6]
 /// the slope along an edge is up to r ln r / (r - 1) times as steep, r the ratio of the sizes of its ends.)
 /// A point near the mesh is taken to the triangle it projects into, found by walking from a triangle that is known to be near:
-/// so parts that touch or intersect are not confused. Where the walk ends farther from the point than a quarter of the size, as behind a
-/// sharp edge of a coarse mesh, the closest triangle takes its place.
+/// so parts that touch or intersect are not confused. Where, on a mesh without parameters, the walk ends farther from the point than a
+/// quarter of the size, as behind a sharp edge of a coarse mesh, the closest triangle takes its place.
 class ControlSpace {
   public:
     /// @param sizes  one per vertex, > 0 and finite
