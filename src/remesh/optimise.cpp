@@ -18,7 +18,8 @@ namespace {
 constexpr double kLongest = std::numbers::sqrt2;       // metric lengths between which an edge counts as unit
 constexpr double kShortest = 1 / std::numbers::sqrt2;
 constexpr double kValenceWorth = 0.15;  // energy that one unit of valence penalty is worth to a flip
-constexpr int kFitRounds = 2;
+constexpr int kFitRounds = 2, kMostFitRounds = 5;
+constexpr double kFarTooLong = 2;       // metric length of edges for which rounds go on: sizes far below the triangles that were given
 constexpr int kMostSplitPasses = 40, kMostCollapsePasses = 40;
 constexpr double kMostGrowth = 2;       // of the triangles there are, or are predicted, by splitting
 constexpr double kFlat = 0.02;  // height over the size, of flips that do not leave the surface however long the edges
@@ -431,6 +432,12 @@ int break_lattices(Editor& editor) {
     return splits;
 }
 
+bool has_edges_above(const Editor& editor, double length) {
+    for (int h = 0; h < 3 * editor.mesh().num_triangles(); ++h)
+        if (editor.mesh().is_live_triangle(h / 3) && editor.longest_length(h) > length && editor.length(h) > length && !editor.is_frozen(h)) return true;
+    return false;
+}
+
 // Without a search the worst triangles still get better by moving their corners for their sake.
 void relax_worst(Editor& editor) {
     const Connectivity& mesh = editor.mesh();
@@ -473,7 +480,7 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
         report.flips += flip_edges(editor, options);
         smooth(editor, options, times);
     };
-    for (int round = 0; round < (is_rough ? kFitRounds : 1); ++round) {
+    for (int round = 0; round < (is_rough ? kFitRounds : 1) || (is_rough && round < kMostFitRounds && has_edges_above(editor, kFarTooLong)); ++round) {
         fit_lengths();
         // Triangles that are given are far from what is asked for: there collapses leave much to split.
         if (round == 0 && options.given) fit_lengths();

@@ -626,6 +626,17 @@ TEST_CASE("a size inside a large facet is met there, and grows from there no fas
     CHECK(longest < 2.5 * h);
 }
 
+TEST_CASE("edges are split on until those of two large facets have a size far below them", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", TriangleSoup{{{0, 0, 0}, {10, 0, 0}, {0, 1, 0}, {10, 1, 0}}, {{0, 1, 3}, {0, 3, 2}}});
+    const Outcome outcome = run(folder, "remesh in.off -o out.off --hmax 1.5 --growth 1.5 --size-at 3.3,0.4,0=1e-5 --report out.json");
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const json report = json::parse(read_file(folder / "out.json"));
+    CHECK(report["edges"]["length"]["max"].get<double>() < 2);
+    CHECK(report["shape"]["area_length"]["min"].get<double>() > 0.6);
+}
+
 TEST_CASE("a prism of six sides has edges, one of eight is a cylinder unless an angle says otherwise", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "six.off", triangulations::soup(triangulations::capped_cylinder(6, 1, 1, 2, 1)));
