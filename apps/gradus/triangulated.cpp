@@ -148,9 +148,8 @@ TriangulationBackground given_background(const Triangulation& surface, const Giv
 std::vector<std::pair<SizingRule::At, double>> moved_far(const SizingRule& rule, std::span<const Eigen::Vector3d> background) {
     std::vector<std::pair<SizingRule::At, double>> moved;
     for (const SizingRule::At& at : rule.at) {
-        double nearest = std::numeric_limits<double>::infinity();
-        for (const Eigen::Vector3d& p : background) nearest = std::min(nearest, (p - at.point).norm());
-        if (nearest > at.size) moved.emplace_back(at, nearest);
+        const double distance = (background[nearest_point(background, at.point)] - at.point).norm();
+        if (distance > at.size) moved.emplace_back(at, distance);
     }
     return moved;
 }

@@ -108,12 +108,6 @@ class Ball {
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> heap_;
 };
 
-std::vector<int> all_triangles(const Connectivity& mesh) {
-    std::vector<int> all(mesh.num_triangles());
-    for (int t = 0; t < mesh.num_triangles(); ++t) all[t] = t;
-    return all;
-}
-
 }  // namespace
 
 struct ClearanceFinder::Parts {
@@ -244,7 +238,7 @@ struct ClearanceFinder::Parts {
     const Vector3d& normal_of_wedge(int wedge) const { return surface.curvature()[wedge].normal; }
 
     Clearance sheet(const SidedPlace& place, double reach) const {
-        std::call_once(facets_made, [&] { facets.emplace(points, surface.soup().triangles, all_triangles(mesh)); });
+        std::call_once(facets_made, [&] { facets.emplace(points, surface.soup().triangles); });
         const Vector3d& p = place.point;
         for (const int t : triangles_at(place))
             if (!is_unfolded(t)) return {};

@@ -47,12 +47,15 @@ double size_from_radius(const SizingRule& rule, double rho) {
     return std::clamp(h, rule.hmin, rule.hmax);
 }
 
+std::size_t nearest_point(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& to) {
+    const auto nearest = std::min_element(points.begin(), points.end(),
+                                          [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return (a - to).squaredNorm() < (b - to).squaredNorm(); });
+    return static_cast<std::size_t>(nearest - points.begin());
+}
+
 void lower_to_prescribed(std::span<const SizingRule::At> prescribed, std::span<const Eigen::Vector3d> points, std::vector<double>& sizes) {
     for (const SizingRule::At& at : prescribed) {
-        const auto nearest = std::min_element(points.begin(), points.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-            return (a - at.point).squaredNorm() < (b - at.point).squaredNorm();
-        });
-        double& h = sizes[nearest - points.begin()];
+        double& h = sizes[nearest_point(points, at.point)];
         h = std::min(h, at.size);
     }
 }

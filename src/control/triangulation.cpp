@@ -216,9 +216,7 @@ class Cutter {
 
     void cut(int max_triangles) {
         if (!rule_.at.empty()) {
-            std::vector<int> all(surface_.soup().triangles.size());
-            std::iota(all.begin(), all.end(), 0);
-            const ClosestTriangle tree(surface_.soup().points, surface_.soup().triangles, std::move(all));
+            const ClosestTriangle tree(surface_.soup().points, surface_.soup().triangles);
             for (const SizingRule::At& at : rule_.at) cut_to(at, tree.closest(at.point).triangle, max_triangles);
         }
         for (int pass = 0; pass < kMostPasses && mesh_.num_triangles() < max_triangles; ++pass) {
@@ -558,9 +556,7 @@ struct MeshOf {
 
 // For each vertex of a mesh the closest triangle of another one.
 std::vector<int> closest_triangles(const MeshOf& from, const MeshOf& to) {
-    std::vector<int> all(to.triangles.size());
-    std::iota(all.begin(), all.end(), 0);
-    const ClosestTriangle tree(to.points, to.triangles, std::move(all));
+    const ClosestTriangle tree(to.points, to.triangles);
     Eigen::AlignedBox3d box;
     for (const Triangle& t : to.triangles)
         for (const int v : t) box.extend(to.points[v]);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "gradus/mesh/order.hpp"
@@ -12,6 +13,12 @@ namespace gradus {
 namespace {
 
 constexpr int kLeaf = 4;
+
+std::vector<int> all_of(std::span<const Triangle> triangles) {
+    std::vector<int> all(triangles.size());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+}
 
 }  // namespace
 
@@ -45,6 +52,9 @@ Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a
 }
 
 // What is next to each other along a Z-curve is next to each other in space: its halves are boxes without looking for the best cut.
+ClosestTriangle::ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles)
+    : ClosestTriangle(points, triangles, all_of(triangles)) {}
+
 ClosestTriangle::ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, std::vector<int> chosen)
     : points_(points), triangles_(triangles), chosen_(std::move(chosen)) {
     const auto centre = [&](int t) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -263,16 +262,6 @@ class DistanceSearch {
     const OneSidedOptions& options_;
 };
 
-namespace {
-
-std::vector<int> all_triangles(const MeshView& mesh) {
-    std::vector<int> all(mesh.triangles.size());
-    std::iota(all.begin(), all.end(), 0);
-    return all;
-}
-
-}  // namespace
-
 DistanceTarget::DistanceTarget(const MeshView& mesh)
     : mesh_(mesh), tree_(std::make_unique<Tree>()), neighbours_(mesh.triangles.size(), {-1, -1, -1}) {
     if (mesh.triangles.empty()) throw std::invalid_argument("DistanceTarget: a surface without triangles");
@@ -320,7 +309,7 @@ std::vector<TooFar> DistanceTarget::sample_from(const MeshView& from, double lim
 }
 
 const ClosestTriangle& DistanceTarget::tree() const {
-    std::call_once(tree_->planted, [&] { tree_->tree.emplace(mesh_.points, mesh_.triangles, all_triangles(mesh_)); });
+    std::call_once(tree_->planted, [&] { tree_->tree.emplace(mesh_.points, mesh_.triangles); });
     return *tree_->tree;
 }
 

@@ -432,12 +432,6 @@ int break_lattices(Editor& editor) {
     return splits;
 }
 
-bool has_edges_above(const Editor& editor, double length) {
-    for (int h = 0; h < 3 * editor.mesh().num_triangles(); ++h)
-        if (editor.mesh().is_live_triangle(h / 3) && editor.longest_length(h) > length && editor.length(h) > length && !editor.is_frozen(h)) return true;
-    return false;
-}
-
 // Without a search the worst triangles still get better by moving their corners for their sake.
 void relax_worst(Editor& editor) {
     const Connectivity& mesh = editor.mesh();
@@ -480,7 +474,9 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
         report.flips += flip_edges(editor, options);
         smooth(editor, options, times);
     };
-    for (int round = 0; round < (is_rough ? kFitRounds : 1) || (is_rough && round < kMostFitRounds && has_edges_above(editor, kFarTooLong)); ++round) {
+    const auto is_far_from_fit = [&] { return !EdgesByLength(editor, options, EdgesByLength::Wanted::Long, kFarTooLong).list().empty(); };
+    const int rounds = is_rough ? kFitRounds : 1, most_rounds = is_rough ? kMostFitRounds : 1;
+    for (int round = 0; round < rounds || (round < most_rounds && is_far_from_fit()); ++round) {
         fit_lengths();
         // Triangles that are given are far from what is asked for: there collapses leave much to split.
         if (round == 0 && options.given) fit_lengths();

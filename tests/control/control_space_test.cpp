@@ -37,6 +37,14 @@ SurfacePoint random_place(const PatchModel& model, std::mt19937& random) {
     return {patch, d.min + s.cwiseProduct(d.max - d.min)};
 }
 
+Eigen::Vector3d random_point_of(const std::vector<Eigen::Vector3d>& points, const Triangle& triangle, std::mt19937& random) {
+    std::uniform_real_distribution<double> uniform(0, 1);
+    double a = uniform(random), b = uniform(random);
+    if (a + b > 1) a = 1 - a, b = 1 - b;
+    const auto& [u, v, w] = triangle;
+    return (1 - a - b) * points[u] + a * points[v] + b * points[w];
+}
+
 }  // namespace
 
 TEST_CASE("Linear sizes are reproduced in the plane, by place and by point", "[control][exact]") {
@@ -156,14 +164,10 @@ TEST_CASE("a walk goes on over the folds of a surface of few triangles", "[contr
     const Connectivity mesh(static_cast<int>(box.size()), triangles);
     const ControlSpace control(box, mesh, sizes);
     std::mt19937 random(1);
-    std::uniform_real_distribution<double> uniform(0, 1);
     for (int t = 0; t < std::ssize(triangles); ++t)
         for (int k = 0; k < 3; ++k)
             for (int i = 0; i < 50; ++i) {
-                double a = uniform(random), b = uniform(random);
-                if (a + b > 1) a = 1 - a, b = 1 - b;
-                const auto& [u, v, w] = triangles[t];
-                const Eigen::Vector3d p = (1 - a - b) * box[u] + a * box[v] + b * box[w];
+                const Eigen::Vector3d p = random_point_of(box, triangles[t], random);
                 int from = mesh.twin(3 * t + k) / 3;
                 CAPTURE(t, k, p.transpose(), from);
                 REQUIRE(control.size(p, from) == Approx(size(p)));
@@ -179,14 +183,10 @@ TEST_CASE("a size is that of the closest triangle from wherever the walk begins"
     for (const Eigen::Vector3d& p : points) sizes.push_back(size(p));
     const ControlSpace control(points, Connectivity(4, triangles), sizes);
     std::mt19937 random(1);
-    std::uniform_real_distribution<double> uniform(0, 1);
     for (int t = 0; t < 4; ++t)
         for (int start = 0; start < 4; ++start)
             for (int i = 0; i < 200; ++i) {
-                double a = uniform(random), b = uniform(random);
-                if (a + b > 1) a = 1 - a, b = 1 - b;
-                const auto& [u, v, w] = triangles[t];
-                const Eigen::Vector3d p = (1 - a - b) * points[u] + a * points[v] + b * points[w];
+                const Eigen::Vector3d p = random_point_of(points, triangles[t], random);
                 int found = start;
                 CAPTURE(t, start, p.transpose());
                 // Nearer to another face than a quarter of the size that may be the one found.

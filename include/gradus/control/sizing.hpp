@@ -55,6 +55,9 @@ void check(const SizingRule& rule);
 /// Size for a minimal radius rho >= 0 (may be infinite), clamped.
 double size_from_radius(const SizingRule& rule, double rho);
 
+/// The index of the point nearest to another one, the first of several. @pre not empty
+std::size_t nearest_point(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& to);
+
 /// Sizes prescribed at points hold at the vertices nearest to them.
 void lower_to_prescribed(std::span<const SizingRule::At> prescribed, std::span<const Eigen::Vector3d> points, std::vector<double>& sizes);
 

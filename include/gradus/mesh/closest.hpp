@@ -19,6 +19,8 @@ class ClosestTriangle {
   public:
     /// @param chosen  triangles to look among, by index; not empty
     ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, std::vector<int> chosen);
+    /// Over all of them.
+    ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles);
 
     struct Hit {
         int triangle = -1;
