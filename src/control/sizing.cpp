@@ -1,5 +1,7 @@
 #include "gradus/control/sizing.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,9 +10,15 @@
 
 namespace gradus {
 
+namespace {
+
+constexpr double kLargestCoordinate = 1e100;  // beyond it squares of distances are no numbers
+
+}  // namespace
+
 void check(const SizingRule& rule) {
     const auto require = [](bool holds, const std::string& name, double value, const std::string& range) {
-        if (!holds) throw std::invalid_argument("sizing: " + name + " = " + std::to_string(value) + " must be " + range);
+        if (!holds) throw std::invalid_argument(fmt::format("sizing: {} = {:g} must be {}", name, value, range));
     };
     switch (rule.kind) {
         case SizingRule::Kind::Proportional: require(rule.value > 0 && std::isfinite(rule.value), "alpha", rule.value, "positive"); break;
@@ -25,7 +33,7 @@ void check(const SizingRule& rule) {
     require(rule.hmax > 0, "hmax", rule.hmax, "positive");
     require(rule.hmin <= rule.hmax, "hmin", rule.hmin, "no larger than hmax = " + std::to_string(rule.hmax));
     for (const SizingRule::At& at : rule.at) {
-        require(at.point.allFinite(), "a coordinate of a prescribed size", at.point.sum(), "finite");
+        for (const double x : at.point) require(std::abs(x) <= kLargestCoordinate, "a coordinate of a prescribed size", x, "within 1e100");
         require(at.size > 0 && std::isfinite(at.size), "a prescribed size", at.size, "positive");
     }
     require(rule.feature_clearance >= 0 && std::isfinite(rule.feature_clearance), "feature clearance", rule.feature_clearance, "0 or more");

@@ -626,6 +626,15 @@ TEST_CASE("a size inside a large facet is met there, and grows from there no fas
     CHECK(longest < 2.5 * h);
 }
 
+TEST_CASE("sizes at points from which distances are no numbers are refused", "[cli][regression]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", tin());
+    const Outcome outcome = run(folder, "remesh in.off -o out.off --size-at 1e308,1e308,-1e308=0.1");
+    CHECK(outcome.code != 0);
+    CHECK_THAT(outcome.err, Catch::Contains("a coordinate of a prescribed size"));
+    CHECK_FALSE(std::filesystem::exists(folder / "out.off"));
+}
+
 TEST_CASE("edges are split on until those of two large facets have a size far below them", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", TriangleSoup{{{0, 0, 0}, {10, 0, 0}, {0, 1, 0}, {10, 1, 0}}, {{0, 1, 3}, {0, 3, 2}}});

@@ -81,6 +81,8 @@ TEST_CASE("Rules out of range are refused by name", "[control]") {
     SizingRule rule;
     rule.at = {{Eigen::Vector3d(0, nan, 0), 1}};
     refused(rule, "coordinate");
+    rule.at = {{Eigen::Vector3d(0, 0, -1e101), 1}};
+    refused(rule, "coordinate");
     rule.at = {{Eigen::Vector3d::Zero(), 0}};
     refused(rule, "prescribed size");
     CHECK_NOTHROW(check(SizingRule{}));
