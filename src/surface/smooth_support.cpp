@@ -199,9 +199,8 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
     const double most = std::min(options_.largest_bulge, rise_over_width(h) * width_beside(h));
     if (bulge > most) {
         const double share = most / bulge;
-        const auto flatten = [&](const Vector3d& v) { return Vector3d(v.dot(along) * along + share * without(v, along)); };
-        from = flatten(from);
-        to = flatten(to);
+        from = chord / 3 + share * (from - chord / 3);
+        to = chord / 3 + share * (to - chord / 3);
     }
     return {pa + from, pb - to};
 }
