@@ -25,6 +25,7 @@ constexpr double kLongestBridge2 = 1;     // of the halves, squared, over the ed
 constexpr double kLongestHalf2 = 0.72;    // squared, over the edge that is split
 constexpr double kFarthestMiddle2 = 0.3;  // the same on a feature curve, which may be half a circle
 constexpr double kLongestByCollapse = 1.85;  // in the metric
+constexpr double kAboutAsLong = 1.05;        // over what it was: edges that are too long anyway, as those across a row of needles
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
 constexpr double kWorseByHalving = 1.6;  // energy over that of the whole: a needle's halves are up to 1.5 times as bad
 constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
@@ -375,7 +376,7 @@ bool Editor::collapse(int h, double longest_on_curve) {
         const double most = on_curve ? longest_on_curve : kLongestByCollapse;
         const Vertex &x = vertices_[other], &from = vertices_[v];
         const double length = (x.p - w.p).norm();
-        if (length > most * std::min(x.h, w.h) && metric_length(length, x.h, w.h) > most && (on_curve || length > (x.p - from.p).norm())) legal = false;
+        if (length > most * std::min(x.h, w.h) && metric_length(length, x.h, w.h) > most && (on_curve || length > kAboutAsLong * (x.p - from.p).norm())) legal = false;
     });
     if (!legal) return false;
     Legality legality;

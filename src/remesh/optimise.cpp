@@ -476,9 +476,11 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
     };
     const auto is_far_from_fit = [&] { return !EdgesByLength(editor, options, EdgesByLength::Wanted::Long, kFarTooLong).list().empty(); };
     const int rounds = is_rough ? kFitRounds : 1, most_rounds = is_rough ? kMostFitRounds : 1;
+    // Triangles that are given are far from what is asked for. Needles become few before they are split; then again, as collapses
+    // leave much to split.
+    if (options.given) report.collapses += collapse_short(editor, options);
     for (int round = 0; round < rounds || (round < most_rounds && is_far_from_fit()); ++round) {
         fit_lengths();
-        // Triangles that are given are far from what is asked for: there collapses leave much to split.
         if (round == 0 && options.given) fit_lengths();
         // What is next to each other in space is next to each other in memory from here on.
         if (round == 0 && options.active.empty()) editor.renumber();
