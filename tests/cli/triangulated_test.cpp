@@ -662,6 +662,18 @@ TEST_CASE("a prism of six sides has edges, one of eight is a cylinder unless an 
     CHECK(curves("six.off --feature-angle 70") <= 2 * 6);
 }
 
+// Their long sides have a hundred elements each, their short ones a thirtieth of one.
+TEST_CASE("a long cylinder of needles gets the triangles that its sizes ask for", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", triangulations::soup(triangulations::capped_cylinder(600, 1, 1, 30, 1)));
+    const Outcome outcome = run(folder, "remesh in.off -o out.off --chord-error 0.02 --json");
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const json report = json::parse(outcome.out);
+    CHECK(report["triangles"].get<double>() < 1.2 * report["predicted_triangles"].get<double>());
+    CHECK(report["area_length"]["min"].get<double>() > 0.6);
+}
+
 TEST_CASE("sizes that coordinates cannot show are refused", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", tin());
