@@ -17,6 +17,10 @@ using Eigen::Vector3d;
 
 constexpr int kDeepest = 10;      // halvings of an edge where cutting along the target says too little
 constexpr int kMostPieces = 50'000;  // of one triangle, before the rest is left to halving
+constexpr int kMostOfPart = 1000;    // pieces of a part, where there is no limit, before it is quartered
+constexpr std::size_t kMostAtOnce = 1 << 14;  // parts, those with the largest bounds
+constexpr std::size_t kMostWork = 20'000'000, kMostWorkPerTriangle = 100;  // where there is no limit, in pieces; a corner costs as much as
+constexpr int kWorkOfCorner = 8;                                          // so many
 constexpr int kMostInARow = 1000;   // triangles crossed one after the other
 constexpr double kSlack = 1e-10;  // of an edge: what sticks out by less stays with the triangle
 constexpr double kResolution = 1e-9;  // of the surface's extent: smaller distances are not told apart
@@ -29,6 +33,8 @@ struct Corner {
 
 struct Found {
     double largest = 0, bound = 0;
+    double resolution = 0;  // without a limit: smaller distances are not told apart
+    std::size_t work = 0;   // and what that took
     Vector3d point{0, 0, 0};
     int nearest = -1, last = -1;
     Witnesses* witnesses = nullptr;  // takes the triangles of the target that are held against, unless null
@@ -39,9 +45,21 @@ struct Found {
         if (witnesses && triangle != last) witnesses->add(triangle);
         last = triangle;
     }
+    void take(const Found& other) {
+        if (other.largest > largest) largest = other.largest, point = other.point;
+        bound = std::max(bound, other.bound);
+        work += other.work;
+    }
     void attain(const Corner& c) {
         if (c.hit.distance > largest || nearest < 0) largest = c.hit.distance, point = c.p, nearest = c.hit.triangle;
     }
+};
+
+// A part of a triangle that may have a point farther than any that was seen.
+struct Part {
+    std::array<Corner, 3> corner;
+    double bound = std::numeric_limits<double>::infinity();
+    bool is_cut = false;  // along the target, out of a larger one
 };
 
 struct Polygon {
@@ -90,8 +108,6 @@ class DistanceSearch {
   public:
     DistanceSearch(const DistanceTarget& target, const OneSidedOptions& options) : target_(target), options_(options) {}
 
-    double attained = 0;  // by some point of the surface: less does not matter
-
     Corner look(const Vector3d& p, int near = -1) const { return {p, target_.closest(p, near)}; }
 
     // Whether a triangle is proved to keep the limit, from a triangle of the target on that is near. @param bound  raised to the largest
@@ -137,6 +153,68 @@ class DistanceSearch {
         });
     }
 
+    // Without a limit: what may have points farther than those that were found is cut on, into parts for later.
+    void divide(const Part& part, Found& found, std::vector<Part>& later) const {
+        const auto& [a, b, c] = part.corner;
+        for (const Corner& x : part.corner) found.attain(x);
+        double bound = part.bound;
+        const auto is_near_that_of = [&](const Corner& x) {
+            bound = std::min(bound, farthest(a, b, c, x.hit.triangle));
+            return bound <= enough(found);
+        };
+        const auto hold_to = [&](double most) { found.bound = std::max(found.bound, most); };
+        for (const Corner& x : part.corner)
+            if (is_near_that_of(x)) return hold_to(bound);
+        const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
+        found.attain(middle);
+        found.work += kWorkOfCorner;
+        if (is_near_that_of(middle)) return hold_to(bound);
+        const std::size_t before = later.size();
+        if (!part.is_cut && cut_along_target(part, middle.hit.triangle, bound, found, later)) return;
+        later.resize(before);
+        found.work += 3 * kWorkOfCorner;
+        const Corner ab = look((a.p + b.p) / 2, a.hit.triangle), bc = look((b.p + c.p) / 2, b.hit.triangle), ca = look((c.p + a.p) / 2, c.hit.triangle);
+        for (const auto& [x, y, z] : {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{ab, bc, ca}})
+            later.push_back({{x, y, z}, bound});
+    }
+
+    // The largest distance of a point of any part. @param most  work that is done, or little more; the bound holds for what is left too
+    OneSidedDistance largest_of(std::vector<Part> parts, std::size_t most) const {
+        Found found;
+        Eigen::AlignedBox3d box;
+        for (const Part& part : parts)
+            for (const Corner& x : part.corner) found.attain(x), box.extend(x.p);
+        if (!box.isEmpty()) found.resolution = kResolution * box.diagonal().norm();
+        while (!parts.empty() && found.work < most) {
+            const std::size_t now = found.work == 0 ? parts.size() : std::min(parts.size(), kMostAtOnce);
+            constexpr std::size_t kBlock = 64;
+            struct Block {
+                Found found;
+                std::vector<Part> later;
+            };
+            std::vector<Block> blocks((now + kBlock - 1) / kBlock, {found, {}});
+            tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+                blocks[b].found.work = 0;
+                for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, now); ++i) divide(parts[i], blocks[b].found, blocks[b].later);
+            });
+            std::vector<Part> left(parts.begin() + static_cast<std::ptrdiff_t>(now), parts.end());
+            for (const Block& block : blocks) {
+                found.take(block.found);
+                left.insert(left.end(), block.later.begin(), block.later.end());
+            }
+            std::erase_if(left, [&](const Part& part) {
+                const bool is_done = part.bound <= enough(found);
+                if (is_done) found.bound = std::max(found.bound, part.bound);
+                return is_done;
+            });
+            std::stable_sort(left.begin(), left.end(), [](const Part& a, const Part& b) { return a.bound > b.bound; });
+            parts = std::move(left);
+        }
+        for (const Part& part : parts) found.bound = std::max(found.bound, part.bound);
+        // Rounding may set them apart where both are of one corner.
+        return {found.largest, std::max(found.bound, found.largest), found.point, {}};
+    }
+
     // The triangle that is reached from one by ever closer neighbours, and its distance.
     std::pair<int, double> descend_to(const Vector3d& p, int triangle) const {
         double here = distance_to(triangle, p);
@@ -172,6 +250,17 @@ class DistanceSearch {
         return most;
     }
 
+    // Largest distance of a corner of a piece to a triangle, and the corner.
+    std::pair<double, Vector3d> farthest_of(const Polygon& piece, int triangle) const {
+        std::pair<double, Vector3d> farthest{0, piece.corner[0]};
+        for (int i = 0; i < piece.size; ++i)
+            if (const double d = distance_to(triangle, piece.corner[i]); d > farthest.first) farthest = {d, piece.corner[i]};
+        return farthest;
+    }
+
+    // Without a limit: distances that are nothing new.
+    double enough(const Found& found) const { return (1 + options_.precision) * std::max(found.largest, found.resolution); }
+
     // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and gives the rest to use(piece, triangle,
     // distance of its farthest corner where there is a limit) with it, while that returns true. @returns whether it always did
     template <class Use>
@@ -198,18 +287,40 @@ class DistanceSearch {
         return use(polygon, t, farthest);
     }
 
+    // Cuts a part along the triangles of the target. @returns false where that comes to too many pieces, or to one
+    bool cut_along_target(const Part& part, int triangle, double bound, Found& found, std::vector<Part>& later) const {
+        Polygon whole;
+        for (const Corner& x : part.corner) whole.add(x.p);
+        int pieces = 0;
+        const bool is_cut = cut_down(whole, triangle, -1, 0, pieces, [&](const Polygon& piece, int t, double) {
+            if (pieces == 1 || pieces >= kMostOfPart) return false;
+            const auto [most, farthest] = farthest_of(piece, t);
+            if (most > enough(found)) found.attain(look(farthest, t)), found.work += kWorkOfCorner;
+            if (most <= enough(found)) {
+                found.bound = std::max(found.bound, most);
+                return true;
+            }
+            const Corner first = look(piece.corner[0], t);
+            Corner last = look(piece.corner[1], t);
+            for (int i = 2; i < piece.size; ++i) {
+                const Corner next = look(piece.corner[i], t);
+                later.push_back({{first, last, next}, std::min(bound, most), true});
+                last = next;
+            }
+            found.work += static_cast<std::size_t>(piece.size * kWorkOfCorner);
+            return true;
+        });
+        found.work += static_cast<std::size_t>(pieces);
+        return is_cut;
+    }
+
     bool good_enough(double bound, const Found& found) const {
-        // With a limit each triangle counts for itself.
-        if (options_.limit > 0) return bound <= options_.limit || (found.largest > options_.limit && bound <= (1 + options_.precision) * found.largest);
-        return bound <= (1 + options_.precision) * std::max(found.largest, attained);
+        return bound <= options_.limit || (found.largest > options_.limit && bound <= (1 + options_.precision) * found.largest);
     }
 
     // Holds a piece against one triangle and, where that is not good enough, halves it.
     void hold(const Polygon& piece, int triangle, Found& found) const {
-        double bound = 0;
-        Vector3d farthest = piece.corner[0];
-        for (int i = 0; i < piece.size; ++i)
-            if (const double d = distance_to(triangle, piece.corner[i]); d > bound) bound = d, farthest = piece.corner[i];
+        const auto [bound, farthest] = farthest_of(piece, triangle);
         if (!good_enough(bound, found)) {
             found.attain(look(farthest, triangle));
             if (is_settled(found)) return;
@@ -349,12 +460,13 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
             last = corners[i].hit.triangle;
         }
     });
-    Eigen::AlignedBox3d box;
-    for (const Corner& corner : corners) {
-        search.attained = std::max(search.attained, corner.hit.distance);
-        box.extend(corner.p);
+    const auto corner = [&](int v) { return corners[corner_of[v]]; };
+    if (!(options.limit > 0)) {
+        std::vector<Part> parts;
+        parts.reserve(triangles.size());
+        for (const int t : triangles) parts.push_back({{corner(from.triangles[t][0]), corner(from.triangles[t][1]), corner(from.triangles[t][2])}});
+        return search.largest_of(std::move(parts), kMostWork + kMostWorkPerTriangle * (triangles.size() + mesh_.triangles.size()));
     }
-    if (!box.isEmpty()) search.attained = std::max(search.attained, kResolution * box.diagonal().norm());
     std::vector<Found> found(triangles.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 256), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
@@ -362,7 +474,7 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
             Witnesses* const witnesses = options.witnesses.empty() ? nullptr : &options.witnesses[triangles[i]];
             if (witnesses) witnesses->clear();
             found[i].witnesses = witnesses;
-            search.measure(corners[corner_of[a]], corners[corner_of[b]], corners[corner_of[c]], found[i]);
+            search.measure(corner(a), corner(b), corner(c), found[i]);
             if (!witnesses) continue;
             if (found[i].bound <= options.limit) witnesses->proved = true;
             else *witnesses = {};
@@ -372,7 +484,7 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
         const Found& f = found[i];
         result.bound = std::max(result.bound, f.bound);
         if (f.largest > result.largest) result.largest = f.largest, result.point = f.point;
-        if (options.limit > 0 && f.bound > options.limit) result.beyond.push_back({triangles[i], f.largest, f.point, f.nearest});
+        if (f.bound > options.limit) result.beyond.push_back({triangles[i], f.largest, f.point, f.nearest});
     }
     // Rounding may set them apart where both are of one corner.
     result.bound = std::max(result.bound, result.largest);

@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "support/triangulations.hpp"
@@ -102,10 +103,19 @@ TEST_CASE("the same surface cut otherwise is at no distance", "[exact]") {
     const Mesh coarse = triangulations::cube(2), fine = triangulations::cube(7);
     CHECK(DistanceTarget(coarse.view()).measure_from(fine.view()).bound < 1e-9);
     CHECK(DistanceTarget(fine.view()).measure_from(fine.view()).bound < 1e-9);
-    // Facets that cover many of the target's are cut until that is dear: here the bound is of the order of 1e-4.
-    const OneSidedDistance over = DistanceTarget(fine.view()).measure_from(coarse.view());
-    CHECK(over.largest < 1e-12);
-    CHECK(over.bound < 1e-3);
+    CHECK(DistanceTarget(fine.view()).measure_from(coarse.view()).bound < 1e-9);
+    const Mesh whole = triangulations::cube(1), finest = triangulations::cube(60);
+    CHECK(DistanceTarget(finest.view()).measure_from(whole.view()).bound < 1e-9);
+}
+
+TEST_CASE("needles over a fine mesh and back: the bounds are close together", "[exact]") {
+    const Mesh needles = triangulations::capped_cylinder(400, 1, 1, 30, 1), fine = triangulations::capped_cylinder(24, 60, 1, 30, 4);
+    const double sagitta = 1 - std::cos(std::numbers::pi / 24);
+    for (const auto& [from, to] : {std::pair(&needles, &fine), std::pair(&fine, &needles)}) {
+        const OneSidedDistance d = DistanceTarget(to->view()).measure_from(from->view());
+        CHECK(d.bound <= 1.02 * d.largest * (1 + 1e-9));
+        CHECK(d.largest == Approx(sagitta).epsilon(0.02));
+    }
 }
 
 TEST_CASE("a spike is far from the plane, and the plane is near to the spike", "[exact]") {

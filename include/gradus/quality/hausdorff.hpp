@@ -33,7 +33,7 @@ struct Witnesses {
 
 struct OneSidedOptions {
     double limit = 0;             ///< distances proved to be at most this need no closer look; 0: all do
-    double precision = 0.02;      ///< of the largest distance, or a billionth of the extent: its bounds are this close together
+    double precision = 0.02;      ///< of the largest distance, or a billionth of the extent: its bounds are this close together, if the work allows
     std::span<const int> near{};  ///< for each vertex a triangle of the target that is near it, or -1, which saves time; or empty
     std::span<const char> skip{}; ///< triangles that need no look, or empty
     std::span<Witnesses> witnesses{};  ///< with a limit: filled in for each triangle that was looked at; or empty
@@ -63,7 +63,8 @@ class DistanceTarget {
 
     /// The distance to one triangle is convex: over a convex piece of the surface it is largest at a corner. So each triangle is cut
     /// along the planes between the target's triangles under it, and each piece is held against one of them; where that says too
-    /// little, it is cut on and held against the closest ones. Parallel; the same for any number of threads.
+    /// little, it is cut on and held against the closest ones. Parallel; the same for any number of threads. Without a limit the work is
+    /// bounded (seconds, and what is in proportion to the triangles): the largest parts come first, and the bound holds for what is left.
     /// With a limit and near triangles known, those that keep it are mostly found without any search.
     OneSidedDistance measure_from(const MeshView& from, const OneSidedOptions& options = {}) const;
 
