@@ -28,6 +28,7 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kNearCorners = 0.55;
 // A triangle between two lines this far apart, with edges of the size along them, has an area-length of .87; of .60 at .29.
 constexpr double kNearCurves = 0.5;
+constexpr double kNarrowLoop = 3 * kNearCorners;
 constexpr double kJumpInTriangle = 2;
 
 double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
@@ -50,6 +51,7 @@ class Causes {
         if (options.required) frozen_ = frozen_elements(points_, mesh_, *options.required);
         find_narrow_wedges();
         find_tight_corners();
+        find_narrow_loops();
     }
 
     const Connectivity& mesh() const { return mesh_; }
@@ -72,7 +74,7 @@ class Causes {
     }
 
   private:
-    // Two corners that are near each other, and how far around elements have to grow from what is between them to the size.
+    // Corners that are near each other, or a narrow loop, and how far around elements have to grow from what is between them to the size.
     struct Tight {
         Vector3d point;
         double reach;
@@ -89,11 +91,41 @@ class Causes {
         }
     }
 
+    // Closed paths of three edges with no triangle inside.
+    void find_narrow_loops() {
+        std::vector<int> neighbours;
+        for (int a = 0; a < mesh_.num_vertices(); ++a) {
+            neighbours.clear();
+            mesh_.for_each_edge(a, [&](int, int other) {
+                if (other > a) neighbours.push_back(other);
+            });
+            for (const int b : neighbours)
+                for (const int c : neighbours)
+                    if (b < c) heed_loop({a, b, c});
+        }
+    }
+
+    void heed_loop(const Triangle& v) {
+        const auto distance = [&](int i, int j) { return (points_[v[i]] - points_[v[j]]).norm(); };
+        const double length = distance(0, 1) + distance(1, 2) + distance(2, 0), size = (sizes_[v[0]] + sizes_[v[1]] + sizes_[v[2]]) / 3;
+        if (!(length < kNarrowLoop * size)) return;
+        const int h = edge_between(v[0], v[1]), g = mesh_.twin(h);
+        if (mesh_.apex(h) == v[2] || (g >= 0 && mesh_.apex(g) == v[2]) || edge_between(v[1], v[2]) < 0) return;
+        const OffenderCause cause{Kind::NarrowLoop, length / size};
+        for (const int corner : v) tight_.push_back({points_[corner], (1 - cause.value / 3) * size, cause});
+    }
+
+    // In either direction, or -1: one of a boundary has one only.
+    int edge_between(int a, int b) const {
+        const int h = mesh_.find_edge(a, b);
+        return h >= 0 ? h : mesh_.find_edge(b, a);
+    }
+
     OffenderCause of_surroundings(std::span<const int> vertices) const {
         OffenderCause cause;
         for (const Tight& tight : tight_)
             for (const int v : vertices)
-                if ((points_[v] - tight.point).norm() < tight.reach) take_graver(cause, tight.cause);
+                if ((points_[v] - tight.point).norm() <= tight.reach) take_graver(cause, tight.cause);
         return cause;
     }
 
@@ -306,6 +338,7 @@ std::string name_of(OffenderCause::Kind kind) {
         case Kind::NarrowCorner: return "narrow_corner";
         case Kind::NearCorners: return "near_corners";
         case Kind::NearCurves: return "near_curves";
+        case Kind::NarrowLoop: return "narrow_loop";
         case Kind::SizeJump: return "size_jump";
     }
     return "";
@@ -320,6 +353,7 @@ std::string to_text(const OffenderCause& cause) {
         case Kind::NearCorners: return fmt::format("two corners {:.2g} sizes apart", cause.value);
         case Kind::NearCurves:
             return fmt::format("feature edges nearer than the size: curves {} and {}, {:.2g} sizes apart", cause.ids[0], cause.ids[1], cause.value);
+        case Kind::NarrowLoop: return fmt::format("tube, hole or patch {:.2g} sizes around: three edges", cause.value);
         case Kind::SizeJump: return fmt::format("sizes of neighbours in a ratio of {:.2g}", cause.value);
     }
     return "";

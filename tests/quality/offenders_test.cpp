@@ -279,3 +279,26 @@ TEST_CASE("no more places are listed than asked for, the worst of them", "[quali
     CHECK(report.groups[0].point.x() < 2);
     CHECK(report.quality.count == 5);
 }
+
+TEST_CASE("a tube that is narrower than its elements leaves them no room, in the middle of a wide one nothing forces a needle", "[quality]") {
+    const KnownFeatures none;
+    const int sides = GENERATE(3, 12);
+    const double radius = 0.15 * sides / 3;
+    TriangleSoup soup = triangulations::soup(testing::grid(sides, 8, true, false, [&](double u, double v) {
+        const double a = 2 * std::numbers::pi * u;
+        return Vector3d(radius * std::cos(a), radius * std::sin(a), 8 * v);
+    }));
+    const std::vector<double> sizes(soup.points.size(), 1.0);
+    const OffenderReport report = find_offenders(view(soup), {.sizes = sizes, .features = &none});
+    check_sums(soup, report);
+    CHECK(report.angle.count == soup.triangles.size());
+    std::size_t in_loops = 0;
+    for (const OffenderGroup& g : report.groups) {
+        if (g.cause.kind != Kind::NarrowLoop) continue;
+        in_loops += g.angle.count;
+        CHECK(g.cause.value == Approx(3 * std::sqrt(3) * radius));
+    }
+    // At the ends corners are near each other.
+    CHECK(in_loops == (sides == 3 ? soup.triangles.size() - 12 : 0));
+    CHECK(report.unexplained_angle.count == (sides == 3 ? 0 : soup.triangles.size()));
+}

@@ -24,6 +24,9 @@ struct OffenderCause {
         /// that distance: from the one to the other they grow
         NearCorners,
         NearCurves,    ///< two feature curves; value: their distance over the size there, ids: their numbers, from 0
+        /// three edges once around a tube, a hole or a patch of the surface that is narrower than elements; value: their length over the size
+        /// there. Also of elements nearer to them than the size less a third of that length
+        NarrowLoop,
         SizeJump       ///< sizes of neighbours; value: their ratio
     };
     Kind kind = Kind::None;
@@ -33,7 +36,7 @@ struct OffenderCause {
 
 /// "none found", "frozen element", "sharp point: 80 degrees all around", "narrow corner of the features: 14 degrees", "two corners 0.3 sizes apart" ...
 std::string to_text(const OffenderCause& cause);
-/// "none", "frozen", "sharp_point", "narrow_corner", "near_corners", "near_curves", "size_jump"
+/// "none", "frozen", "sharp_point", "narrow_corner", "near_corners", "near_curves", "narrow_loop", "size_jump"
 std::string name_of(OffenderCause::Kind kind);
 
 /// How many elements are beyond a limit, and the value that is farthest beyond it.
@@ -75,7 +78,7 @@ struct OffenderOptions {
 
 /// Curves and corners are those of the mesh: known edges, boundaries and borders of known labels, cut where they meet or turn.
 /// A cause holds where it leaves too little room: corners narrower than the angle, corners or curves nearer than about half a size,
-/// sizes that differ by more than the edge ratio around a vertex, by 2 in a triangle.
+/// loops of three edges that are about as short, sizes that differ by more than the edge ratio around a vertex, by 2 in a triangle.
 /// @throws std::invalid_argument as edges_of does, and for sizes that are not one per vertex
 OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& options = {});
 
