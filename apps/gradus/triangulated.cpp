@@ -171,23 +171,16 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     if (gradation) stages.run("gradation", [&] { mesh.gradation = grade(map.background.mesh, map.sizes, *gradation); });
     if (gradation && !given.sizes.empty()) require_reached(given.path, map.sizes);
     raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
-    if (!mesh.chord_error) {
-        const SmoothSupport support = surface.support();
-        const TriangulatedSurface whole{support, surface.features(), surface.soup().labels, &surface.soup().required};
-        mesh.result = stages.run("meshing", [&] { return remesh(whole, ControlSpace(map.background, map.sizes), map.cells, options); });
-        mesh.deviation = stages.run("distance", [&] { return measure_deviation(surface, mesh.result.mesh); });
-        return mesh;
-    }
     const ChordErrorOptions keep{
         .gradation = gradation,
         .hmin = hmin_given ? rule.hmin : kFinest * rule.hmin,
         .prescribed = rule.at,
         .remesh = options,
         .on_check = [&](const SurfaceMesh& draft) { stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size()))); }};
-    ChordErrorResult made = stages.run("meshing", [&] { return remesh_within(surface, std::move(map), *mesh.chord_error, keep); });
+    ChordErrorResult made = stages.run("meshing", [&] { return remesh_within(surface, std::move(map), mesh.chord_error.value_or(std::numeric_limits<double>::infinity()), keep); });
     if (made.map) measure_graded(make_mesh(made.map->points, made.map->triangles), made.map->sizes, *gradation, *mesh.gradation);
     mesh.result = std::move(made.result);
-    mesh.deviation = made.deviation;
+    mesh.deviation = mesh.chord_error ? made.deviation : stages.run("distance", [&] { return measure_deviation(surface, mesh.result.mesh); });
     mesh.refinements = made.lowerings;
     mesh.kept = made.kept;
     mesh.faults = std::move(made.faults);
@@ -220,6 +213,7 @@ std::string text_of(const TriangulatedMesh& mesh, double diagonal) {
     if (mesh.chord_error)
         text += fmt::format("; {:.4g} asked for, {}, sizes lowered {} times", *mesh.chord_error, mesh.kept ? "kept" : "NOT kept", mesh.refinements);
     text += "\n";
+    if (!mesh.chord_error && mesh.refinements > 0) text += fmt::format("sizes were lowered {} times, around elements that fell short\n", mesh.refinements);
     for (const auto& [at, distance] : mesh.moved)
         text += fmt::format("the size {:.4g} at {:.6g} {:.6g} {:.6g} holds {:.4g} from there, at the nearest vertex of the background\n", at.size,
                             at.point.x(), at.point.y(), at.point.z(), distance);

@@ -117,8 +117,11 @@ class ChordErrorCheck : public MeshChecks {
                     std::unique_ptr<const ControlSpace>& control)
         : surface_(surface), chord_error_(chord_error), options_(options), made_(made), control_(control), lowered_at_(kPlace * chord_error) {}
 
+    bool has_limit() const override { return std::isfinite(chord_error_); }
+
     std::vector<MeshFault> faults_of(const SurfaceMesh& mesh) override {
         if (options_.on_check) options_.on_check(mesh);
+        if (!has_limit()) return {};
         proved_ = proof().prove(view_of(mesh), triangles_under(mesh.places));
         made_.deviation = proved_.deviation;
         made_.kept = proved_.deviation.bound() <= chord_error_;
@@ -168,7 +171,7 @@ class ChordErrorCheck : public MeshChecks {
     }
 
     bool allows(const MeshPart& part) override {
-        return proof().is_kept_by({part.points, part.triangles}, part.changed, triangles_under(part.places), part.fault);
+        return !has_limit() || proof().is_kept_by({part.points, part.triangles}, part.changed, triangles_under(part.places), part.fault);
     }
 
   private:
@@ -339,6 +342,7 @@ ChordErrorResult remesh_within(const Triangulation& surface, TriangulationBackgr
     const SmoothSupport support = surface.support({.largest_bulge = kShareOfBulge * chord_error});
     made.result =
         remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, *control, map.cells, options.remesh, &checks);
+    if (!checks.has_limit()) made.kept = true;
     return made;
 }
 

@@ -613,22 +613,25 @@ class Remesher {
     }
 
     RemeshResult run() {
-        if (checks_) make_drafts();
+        if (has_limit()) make_drafts();
         make_finals();
-        if (checks_ && !options_.fast) {
+        if (has_limit() && !options_.fast) {
             polish_last({});
             if (!faults_.empty()) try_again();
-            if (faults_.empty()) try_again();
         }
+        if (checks_ && !options_.fast && faults_.empty()) try_again();
         return std::move(result_);
     }
 
   private:
+    bool has_limit() const { return checks_ && checks_->has_limit(); }
+    double goal_of(double with_limit) const { return has_limit() ? std::min(with_limit, options_.goal) : options_.goal; }
+
     void expect(const ControlSpace& control) { result_.statistics.predicted_triangles = check_estimate(control, options_); }
 
     void optimise_for(MeshStage stage, std::vector<char> active) {
         const bool fast = stage == MeshStage::Draft || options_.fast;
-        const double goal = checks_ ? std::min(kGoalOnTheWay, options_.goal) : options_.goal;
+        const double goal = goal_of(kGoalOnTheWay);
         take_report(optimise(*editor_, {.fast = fast, .goal = goal, .given = given_, .fitted = fitted_, .active = std::move(active)}, clock_), result_.statistics);
         given_ = false;
         fitted_ = stage == MeshStage::Draft;
@@ -670,7 +673,7 @@ class Remesher {
     void make_finals() {
         optimise_for(MeshStage::Final, {});
         take_mesh();
-        if (checks_) refine_while_at_fault();
+        if (has_limit()) refine_while_at_fault();
     }
 
     void refine_while_at_fault() {
@@ -746,7 +749,7 @@ class Remesher {
                 return std::none_of(vertices.begin(), vertices.end(), [&](int v) { return is_around(now.vertex(v).p, now.vertex(v).h, barred); }) &&
                        checks_->allows(part_around(now, vertices));
             });
-            const OptimiseReport report = polish(*polisher, std::min(kGoalOfPolish, options_.goal), active, clock_);
+            const OptimiseReport report = polish(*polisher, goal_of(kGoalOfPolish), active, clock_);
             polisher->set_guard({});
             SurfaceMesh polished = export_mesh(surface_, *support_, *polisher);
             const std::vector<MeshFault> left = check_and_mend(polisher, polished);

@@ -56,7 +56,8 @@ struct ChordErrorResult {
 /// The smooth surface that is meshed is kept close to the triangulation. Distances are measured on all threads there are; the result is
 /// the same for any number.
 /// @param map          moved in, it is freed early; sizes to begin with, best by rule_within, graded, and raised beside frozen edges (see raise_to_held)
-/// @param chord_error  unit of length, > 0, at least least_chord_error
+/// @param chord_error  unit of length, > 0, at least least_chord_error; infinite: any, then the deviation is not
+///                     measured, and the map is left only around elements that fall short
 /// @throws std::invalid_argument if the chord error is not positive or too small, if hmin is negative, and for the gradation as grade does or where
 ///         sizes are required
 /// @throws std::length_error as remesh does

@@ -97,6 +97,8 @@ struct MeshFault {
 class MeshChecks {
   public:
     virtual ~MeshChecks() = default;
+    /// Whether meshes may have faults. If not there are no drafts, and the map is left only around elements that fall short without a cause.
+    virtual bool has_limit() const { return true; }
     /// Where a mesh that may be the last is not good. Of the meshes that this is called for the last is the result; it may be called for one twice.
     virtual std::vector<MeshFault> faults_of(const SurfaceMesh&) { return {}; }
     /// What sizes at its vertices to go on with, or nothing where the mesh is good. Called for drafts first, then for meshes that may be
@@ -120,7 +122,7 @@ bool is_around(const Eigen::Vector3d& p, double size, std::span<const Eigen::Vec
 /// topology are kept, and so is what is required. Places of the result name triangles of the triangulation.
 /// @param control  not looked at any more once `checks` is called: it may be gone by then
 /// @param cells    for each vertex of the triangulation, first of all, a triangle of the control space at it
-/// @param options  `goal` is for meshes without checks: with them no more than .75 is sought on the way, and .82 in the end; `threads` does
+/// @param options  `goal` is for meshes without a limit: with one no more than .75 is sought on the way, and .82 in the end; `threads` does
 ///                 not matter, as only one works
 /// @param checks   null: none
 /// @throws std::invalid_argument for required elements as frozen_elements does, and where there are fewer cells than vertices, or labels are not one per triangle
