@@ -674,6 +674,36 @@ TEST_CASE("a long cylinder of needles gets the triangles that its sizes ask for"
     CHECK(report["area_length"]["min"].get<double>() > 0.6);
 }
 
+// A gear of 12 teeth; each flank is about as long as elements are.
+TEST_CASE("sizes are lowered around elements that fall short without a cause, and only there", "[cli]") {
+    const TemporaryFolder folder;
+    const int teeth = 12, n = 4 * teeth;
+    TriangleSoup gear;
+    for (const double z : {0.0, 0.3})
+        for (int i = 0; i < n; ++i) {
+            constexpr std::array<double, 4> at{0.3, 0.4, 0.7, 0.8}, radius{1, 1.15, 1.15, 1};
+            const double a = 2 * std::numbers::pi * (i / 4 + at[i % 4]) / teeth, r = radius[i % 4];
+            gear.points.push_back({r * std::cos(a), r * std::sin(a), z});
+        }
+    gear.points.insert(gear.points.end(), {{0, 0, 0}, {0, 0, 0.3}});
+    for (int i = 0; i < n; ++i) {
+        const int j = (i + 1) % n;
+        gear.triangles.insert(gear.triangles.end(), {{i, j, n + j}, {i, n + j, n + i}, {j, i, 2 * n}, {n + i, n + j, 2 * n + 1}});
+    }
+    write_mesh(folder / "gear.off", gear);
+    const Outcome outcome = run(folder, "remesh gear.off -o out.off --json");
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const json said = json::parse(outcome.out);
+    CHECK(said["refinements"] > 0);
+    for (const auto& [name, unexplained] : said["offenders"]["unexplained"].items()) CHECK(unexplained["count"] == 0);
+
+    write_mesh(folder / "cube.off", triangulations::soup(triangulations::cube(3)));
+    const Outcome cube = run(folder, "remesh cube.off -o out.off --json");
+    REQUIRE(cube.code == 0);
+    CHECK(json::parse(cube.out)["refinements"] == 0);
+}
+
 TEST_CASE("sizes that coordinates cannot show are refused", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", tin());
