@@ -15,13 +15,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kDeepest = 10;      // halvings of an edge where cutting along the target says too little
-constexpr int kMostPieces = 50'000;  // of one triangle, before the rest is left to halving
-constexpr int kMostOfPart = 1000;    // pieces of a part, where there is no limit, before it is quartered
+constexpr int kMostPieces = 1000;  // of a part, before it is quartered
 constexpr std::size_t kMostAtOnce = 1 << 14;  // parts, those with the largest bounds
-constexpr std::size_t kMostWork = 20'000'000, kMostWorkPerTriangle = 100;  // where there is no limit, in pieces; a corner costs as much as
-constexpr int kWorkOfCorner = 8;                                          // so many
-constexpr int kMostInARow = 1000;   // triangles crossed one after the other
+// Work in pieces; that of looking for the triangle closest to a corner. The most for a triangle on its own, and for all together.
+constexpr std::size_t kWorkOfCorner = 8, kMostWorkOfOne = 1'000'000, kMostWork = 20'000'000, kMostWorkPerTriangle = 100;
 constexpr double kSlack = 1e-10;  // of an edge: what sticks out by less stays with the triangle
 constexpr double kResolution = 1e-9;  // of the surface's extent: smaller distances are not told apart
 constexpr int kMostCorners = 12;
@@ -59,6 +56,7 @@ struct Found {
 struct Part {
     std::array<Corner, 3> corner;
     double bound = std::numeric_limits<double>::infinity();
+    int triangle = -1;    // of the target, that it is no farther from than that
     bool is_cut = false;  // along the target, out of a larger one
 };
 
@@ -127,55 +125,53 @@ class DistanceSearch {
         found.witnesses = &witnesses;
         found.asks_whether = true;
         int pieces = 0;
-        witnesses.proved = cut_down(whole, start, -1, 0, pieces, [&](const Polygon& piece, int t, double farthest) {
+        std::vector<Part> later;
+        witnesses.proved = cut_down(whole, start, -1, pieces, [&](const Polygon& piece, int t, double farthest) {
             if (farthest <= options_.limit) found.hold_against(t, farthest);
-            else hold(piece, t, found);
-            return found.bound <= options_.limit;
+            else hold(piece, t, found, later);
+            return found.largest <= options_.limit;
         });
+        if (witnesses.proved && !later.empty()) divide_all(std::move(later), found);
+        witnesses.proved = witnesses.proved && std::max(found.bound, found.largest) <= options_.limit;
         if (witnesses.proved) bound = std::max(bound, found.bound);
         return witnesses.proved;
     }
 
-    void measure(const Corner& a, const Corner& b, const Corner& c, Found& found) const {
-        for (const Corner* x : {&a, &b, &c}) found.attain(*x);
-        // Most triangles of a fine mesh lie over one of the target.
-        for (const Corner* x : {&a, &b, &c})
-            if (const double bound = farthest(a, b, c, x->hit.triangle); good_enough(bound, found)) return found.hold_against(x->hit.triangle, bound);
-        Polygon whole;
-        for (const Corner* x : {&a, &b, &c}) whole.add(x->p);
-        // From under the middle: the corners may be nearest to triangles beyond a crease.
-        const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
-        found.attain(middle);
-        int pieces = 0;
-        cut_down(whole, middle.hit.triangle, -1, 0, pieces, [&](const Polygon& piece, int t, double) {
-            hold(piece, t, found);
-            return true;
-        });
+    // Divides parts, and what they are divided into, until they say enough or that is too much work: then their bounds hold.
+    void divide_all(std::vector<Part> parts, Found& found) const {
+        const std::size_t most = found.work + kMostWorkOfOne;
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            if (found.asks_whether && found.largest > options_.limit) return;
+            if (found.work >= most) found.hold_against(parts[i].triangle, parts[i].bound);
+            else divide(Part(parts[i]), found, parts);
+        }
     }
 
-    // Without a limit: what may have points farther than those that were found is cut on, into parts for later.
+    // Holds a part against a triangle of the target that is closest to a corner or the middle. Where that does not say enough it is cut
+    // along the target, or quartered where that makes too many pieces, into parts for later.
     void divide(const Part& part, Found& found, std::vector<Part>& later) const {
         const auto& [a, b, c] = part.corner;
         for (const Corner& x : part.corner) found.attain(x);
         double bound = part.bound;
+        int triangle = part.triangle;
         const auto is_near_that_of = [&](const Corner& x) {
-            bound = std::min(bound, farthest(a, b, c, x.hit.triangle));
+            if (const double most = farthest(a, b, c, x.hit.triangle); most < bound) bound = most, triangle = x.hit.triangle;
             return bound <= enough(found);
         };
-        const auto hold_to = [&](double most) { found.bound = std::max(found.bound, most); };
         for (const Corner& x : part.corner)
-            if (is_near_that_of(x)) return hold_to(bound);
+            if (is_near_that_of(x)) return found.hold_against(triangle, bound);
+        // From under the middle: the corners may be nearest to triangles beyond a crease.
         const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
         found.attain(middle);
         found.work += kWorkOfCorner;
-        if (is_near_that_of(middle)) return hold_to(bound);
+        if (is_near_that_of(middle)) return found.hold_against(triangle, bound);
         const std::size_t before = later.size();
-        if (!part.is_cut && cut_along_target(part, middle.hit.triangle, bound, found, later)) return;
+        if (!part.is_cut && cut_along_target(part, middle.hit.triangle, found, later)) return;
         later.resize(before);
         found.work += 3 * kWorkOfCorner;
         const Corner ab = look((a.p + b.p) / 2, a.hit.triangle), bc = look((b.p + c.p) / 2, b.hit.triangle), ca = look((c.p + a.p) / 2, c.hit.triangle);
         for (const auto& [x, y, z] : {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{ab, bc, ca}})
-            later.push_back({{x, y, z}, bound});
+            later.push_back({{x, y, z}, bound, triangle});
     }
 
     // The largest distance of a point of any part. @param most  work that is done, or little more; the bound holds for what is left too
@@ -258,20 +254,23 @@ class DistanceSearch {
         return farthest;
     }
 
-    // Without a limit: distances that are nothing new.
-    double enough(const Found& found) const { return (1 + options_.precision) * std::max(found.largest, found.resolution); }
+    // Distances that need no closer look: those that keep the limit or, where there is none or it is not kept, are nothing new.
+    double enough(const Found& found) const {
+        if (options_.limit > 0 && found.largest <= options_.limit) return options_.limit;
+        return (1 + options_.precision) * std::max(found.largest, found.resolution);
+    }
 
     // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and gives the rest to use(piece, triangle,
     // distance of its farthest corner where there is a limit) with it, while that returns true. @returns whether it always did
     template <class Use>
-    bool cut_down(Polygon& polygon, int t, int from, int depth, int& pieces, const Use& use) const {
+    bool cut_down(Polygon& polygon, int t, int from, int& pieces, const Use& use) const {
         ++pieces;
         // What sticks out of the triangle may be near it all the same.
         double farthest = options_.limit > 0 ? farthest_corner(polygon, t, options_.limit) : 0;
         if (options_.limit > 0 && farthest <= options_.limit) return use(polygon, t, farthest);
         const Triangle& v = target_.mesh_.triangles[t];
         Polygon beyond;
-        for (int k = 0; pieces < kMostPieces && depth < kMostInARow && k < 3; ++k) {
+        for (int k = 0; pieces < kMostPieces && k < 3; ++k) {
             const int g = target_.neighbours_[t][k];
             if (g < 0 || k == from || polygon.size + 3 > kMostCorners) continue;
             const Vector3d& start = target_.mesh_.points[v[k]];
@@ -280,7 +279,7 @@ class DistanceSearch {
             if (beyond.size == 0) continue;
             farthest = -1;
             const auto& back = target_.neighbours_[g];
-            if (!cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), depth + 1, pieces, use)) return false;
+            if (!cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), pieces, use)) return false;
             if (polygon.size == 0) return true;
         }
         if (farthest < 0 && options_.limit > 0) farthest = farthest_corner(polygon, t, options_.limit);
@@ -288,78 +287,32 @@ class DistanceSearch {
     }
 
     // Cuts a part along the triangles of the target. @returns false where that comes to too many pieces, or to one
-    bool cut_along_target(const Part& part, int triangle, double bound, Found& found, std::vector<Part>& later) const {
+    bool cut_along_target(const Part& part, int triangle, Found& found, std::vector<Part>& later) const {
         Polygon whole;
         for (const Corner& x : part.corner) whole.add(x.p);
         int pieces = 0;
-        const bool is_cut = cut_down(whole, triangle, -1, 0, pieces, [&](const Polygon& piece, int t, double) {
-            if (pieces == 1 || pieces >= kMostOfPart) return false;
-            const auto [most, farthest] = farthest_of(piece, t);
-            if (most > enough(found)) found.attain(look(farthest, t)), found.work += kWorkOfCorner;
-            if (most <= enough(found)) {
-                found.bound = std::max(found.bound, most);
-                return true;
-            }
-            const Corner first = look(piece.corner[0], t);
-            Corner last = look(piece.corner[1], t);
-            for (int i = 2; i < piece.size; ++i) {
-                const Corner next = look(piece.corner[i], t);
-                later.push_back({{first, last, next}, std::min(bound, most), true});
-                last = next;
-            }
-            found.work += static_cast<std::size_t>(piece.size * kWorkOfCorner);
+        const bool is_cut = cut_down(whole, triangle, -1, pieces, [&](const Polygon& piece, int t, double) {
+            if (pieces == 1 || pieces >= kMostPieces) return false;
+            hold(piece, t, found, later);
             return true;
         });
         found.work += static_cast<std::size_t>(pieces);
         return is_cut;
     }
 
-    bool good_enough(double bound, const Found& found) const {
-        return bound <= options_.limit || (found.largest > options_.limit && bound <= (1 + options_.precision) * found.largest);
-    }
-
-    // Holds a piece against one triangle and, where that is not good enough, halves it.
-    void hold(const Polygon& piece, int triangle, Found& found) const {
+    // Holds a piece against one triangle; where that does not say enough it becomes parts for later.
+    void hold(const Polygon& piece, int triangle, Found& found, std::vector<Part>& later) const {
         const auto [bound, farthest] = farthest_of(piece, triangle);
-        if (!good_enough(bound, found)) {
-            found.attain(look(farthest, triangle));
-            if (is_settled(found)) return;
-            if (!good_enough(bound, found)) {
-                const Corner first = look(piece.corner[0], triangle);
-                for (int i = 1; i + 1 < piece.size; ++i) halve(first, look(piece.corner[i], triangle), look(piece.corner[i + 1], triangle), 0, found);
-                return;
-            }
+        if (bound > enough(found)) found.attain(look(farthest, triangle)), found.work += kWorkOfCorner;
+        if (bound <= enough(found)) return found.hold_against(triangle, bound);
+        const Corner first = look(piece.corner[0], triangle);
+        Corner last = look(piece.corner[1], triangle);
+        for (int i = 2; i < piece.size; ++i) {
+            const Corner next = look(piece.corner[i], triangle);
+            later.push_back({{first, last, next}, bound, triangle, true});
+            last = next;
         }
-        found.hold_against(triangle, bound);
-    }
-
-    // Whether there is no need to look on: the limit is not kept.
-    bool is_settled(Found& found) const {
-        if (!found.asks_whether || found.largest <= options_.limit) return false;
-        found.bound = std::max(found.bound, found.largest);
-        return true;
-    }
-
-    void halve(const Corner& a, const Corner& b, const Corner& c, int depth, Found& found) const {
-        for (const Corner* x : {&a, &b, &c}) found.attain(*x);
-        if (is_settled(found)) return;
-        double bound = std::numeric_limits<double>::infinity();
-        int triangle = a.hit.triangle;  // of the target, the closest to the three
-        const auto try_that_of = [&](const Corner& x) {
-            if (const double distance = farthest(a, b, c, x.hit.triangle); distance < bound) bound = distance, triangle = x.hit.triangle;
-        };
-        for (const Corner* x : {&a, &b, &c}) try_that_of(*x);
-        if (!good_enough(bound, found)) {
-            const Corner middle = look((a.p + b.p + c.p) / 3, a.hit.triangle);
-            found.attain(middle);
-            try_that_of(middle);
-        }
-        if (depth == kDeepest || good_enough(bound, found)) return found.hold_against(triangle, bound);
-        const Corner ab = look((a.p + b.p) / 2, a.hit.triangle), bc = look((b.p + c.p) / 2, b.hit.triangle), ca = look((c.p + a.p) / 2, c.hit.triangle);
-        halve(a, ab, ca, depth + 1, found);
-        halve(ab, b, bc, depth + 1, found);
-        halve(ca, bc, c, depth + 1, found);
-        halve(ab, bc, ca, depth + 1, found);
+        found.work += static_cast<std::size_t>(piece.size) * kWorkOfCorner;
     }
 
     // Largest distance of three corners to one triangle of the target.
@@ -474,7 +427,7 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
             Witnesses* const witnesses = options.witnesses.empty() ? nullptr : &options.witnesses[triangles[i]];
             if (witnesses) witnesses->clear();
             found[i].witnesses = witnesses;
-            search.measure(corner(a), corner(b), corner(c), found[i]);
+            search.divide_all({{{corner(a), corner(b), corner(c)}}}, found[i]);
             if (!witnesses) continue;
             if (found[i].bound <= options.limit) witnesses->proved = true;
             else *witnesses = {};

@@ -106,6 +106,7 @@ TEST_CASE("the same surface cut otherwise is at no distance", "[exact]") {
     CHECK(DistanceTarget(fine.view()).measure_from(coarse.view()).bound < 1e-9);
     const Mesh whole = triangulations::cube(1), finest = triangulations::cube(60);
     CHECK(DistanceTarget(finest.view()).measure_from(whole.view()).bound < 1e-9);
+    CHECK(DistanceTarget(finest.view()).measure_from(whole.view(), {.limit = 1e-6}).beyond.empty());
 }
 
 TEST_CASE("needles over a fine mesh and back: the bounds are close together", "[exact]") {
