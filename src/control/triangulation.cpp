@@ -24,6 +24,7 @@ using Eigen::Vector3d;
 
 constexpr double kSizeTolerance = 0.2;  // |ln(size / interpolated size)| at the middle of an edge that is worth a cut
 constexpr double kShortest = 1;         // metric length of edges that are never cut: the mesh could not show more
+constexpr double kManyRadii = 4;  // of the sharper end of an edge, that the other is away
 constexpr double kHidden = 0.5;         // of the sizes at its ends, from which an edge off features may hide a smaller one
 constexpr double kFinestPrescribed = 1e-9;  // of the diagonal, down to which the background is cut at a point
 constexpr int kMostPasses = 40;
@@ -343,7 +344,12 @@ class Cutter {
         return size_of(largest);
     }
 
-    double middle_curvature(int h) const { return (at_corner_[h] + at_corner_[Connectivity::next(h)]) / 2; }
+    // What is as sharp as one end does not reach to the middle of an edge that is many radii long. Along a cone radii grow evenly.
+    double middle_curvature(int h) const {
+        const double a = at_corner_[h], b = at_corner_[Connectivity::next(h)];
+        if (std::max(a, b) * length(h) <= kManyRadii) return (a + b) / 2;
+        return 2 * a * b / (a + b);
+    }
 
     // Cuts the triangles at a prescribed point until one of their corners is no farther from it than the size that holds there.
     void cut_to(const SizingRule::At& at, int closest, int max_triangles) {

@@ -22,9 +22,12 @@ using Eigen::Vector3d;
 constexpr int kQuadratic = 6, kCubic = 10, kQuartic = 15;    // coefficients
 constexpr int kEnoughForCubic = 15, kEnoughForQuartic = 17;  // vertices, the one in the middle among them
 constexpr int kMostVertices = 400;
+constexpr double kFarthestTurn = 0.5;  // cosine of the angle between normals, 60 degrees: no polynomial fits what turns farther
 constexpr double kLead = 0.6;          // of the errors of a cubic and a quartic: a cubic ahead by less is so by chance
 constexpr double kFall = 0.8;          // the outermost ring weighs 1 / (1 + kFall)
 constexpr double kNormalWeight = 0.5;  // of a slope against a height, once both are lengths
+constexpr double kTurnedWeight = 0.01; // of the height of a neighbour that is turned farther
+constexpr double kFlatWeight = 1e-4;   // of a height at the end of an edge that a bend along it would lead to
 constexpr double kRidge = 1e-12;       // keeps what the vertices do not tell near zero
 
 // The wedges and their neighbours, numbered anew so that those near each other are near each other in memory too.
@@ -89,6 +92,11 @@ class Neighbourhood {
         size_ = 1;
         ends_.assign(1, 1);
         outer_ = 0;
+        normal_ = graph_.normals[middle];
+        // Around a point all turn away: it is as sharp as they say.
+        const auto around = graph_.neighbours_of(middle);
+        const auto kept = std::count_if(around.begin(), around.end(), [&](int i) { return graph_.normals[i].dot(normal_) >= kFarthestTurn; });
+        least_ = 2 * kept < std::ssize(around) ? -1 : kFarthestTurn;
     }
     // @returns whether there was anything to add
     bool add_ring() {
@@ -98,7 +106,7 @@ class Neighbourhood {
             for (const int i : graph_.neighbours_of(members_[outer_])) {
                 // Whether it is new cannot be foretold: without a branch.
                 members_[size] = i;
-                size += stamp_[i] != now_ ? 1 : 0;
+                size += stamp_[i] != now_ && graph_.normals[i].dot(normal_) >= least_ ? 1 : 0;
                 stamp_[i] = now_;
             }
         size_ = size;
@@ -119,6 +127,8 @@ class Neighbourhood {
     std::vector<std::size_t> ends_;  // of the rings
     std::size_t size_ = 0, outer_ = 0;
     int now_ = 0;
+    Vector3d normal_;  // of the one in the middle
+    double least_ = -1;
 };
 
 // Calls use(std::integral_constant k) for k from 0 to count - 1.
@@ -274,7 +284,7 @@ class NormalEquations {
 
 class Fitter {
   public:
-    explicit Fitter(const Graph& graph) : points_(graph.points), normals_(graph.normals) {}
+    explicit Fitter(const Graph& graph) : graph_(graph), points_(graph.points), normals_(graph.normals) {}
 
     // For fits to this neighbourhood, as it is and with more rings: the frame it gives is kept.
     void begin(const Neighbourhood& near) {
@@ -319,6 +329,7 @@ class Fitter {
         }
         NormalEquations<kQuadratic> equations(moments);
         const auto [slopes, weights] = add_slopes(near, equations);
+        heed_needles(near.members().front(), equations);
         equations.eliminate<0, kQuadratic>();
         const HeightFit quadratic = equations.fit<kQuadratic>();
         return curvature(quadratic, error_of(quadratic, moments[0] + weights, count + slopes, kQuadratic), rings);
@@ -385,6 +396,21 @@ class Fitter {
         return {count, weights};
     }
 
+    // Across needles the vertices tell nothing of how the surface bends along them: then it does not, as far as their other ends. And these
+    // lie on it, though it may turn there: the facets do.
+    void heed_needles(int middle, NormalEquations<kQuadratic>& equations) const {
+        double farthest_x = 0, farthest_y = 0;
+        for (const int i : graph_.neighbours_of(middle)) {
+            const Vector3d d = points_[i] - origin_;
+            const double x = d.dot(u_) / sx_, y = d.dot(v_) / sy_;
+            farthest_x = std::max(farthest_x, std::abs(x));
+            farthest_y = std::max(farthest_y, std::abs(y));
+            if (normals_[i].dot(w_) < kFarthestTurn) equations.add({1, x, y, x * x, x * y, y * y}, d.dot(w_), kTurnedWeight);
+        }
+        equations.add({0, 0, 0, farthest_x * farthest_x, 0, 0}, 0, kFlatWeight);
+        equations.add({0, 0, 0, 0, 0, farthest_y * farthest_y}, 0, kFlatWeight);
+    }
+
     // Standard error of the second derivatives: across, where the vertices are closest together, it bounds that of the others.
     double error_of(const HeightFit& f, double weights, double count, int coefficients) const {
         const double variance = f.residual / weights * count / std::max(1.0, count - coefficients);
@@ -401,6 +427,7 @@ class Fitter {
         return {-(H + (H < 0 ? -root : root)), -(H - (H < 0 ? -root : root)), (w_ - fx * u_ - fy * v_) / length, error, rings};
     }
 
+    const Graph& graph_;
     std::span<const Vector3d> points_, normals_;
     Vector3d origin_, u_, v_, w_;
     double sx_ = 1, sy_ = 1;

@@ -30,6 +30,7 @@ constexpr double kNearCorners = 0.55;
 constexpr double kNearCurves = 0.5;
 constexpr double kNarrowLoop = 3 * kNearCorners;
 constexpr double kJumpInTriangle = 2;
+constexpr int kFewest = 4;  // triangles around a vertex: three make a point of any round
 
 double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
     const Vector3d ab = b - a;
@@ -160,8 +161,8 @@ class Causes {
             double sum = 0;
             int last = begin;
             wedges_.for_each(mesh_, wedge, [&](int h) { sum += angle_at(h), last = h; });
-            // Where no features meet the surface comes to a point, of three triangles at least.
-            if (!(sum < (is_point(wedge) ? 3 : 1) * options_.limits.angle)) continue;
+            // Where no features meet the surface comes to a point.
+            if (!(sum < (is_point(wedge) ? kFewest : 1) * options_.limits.angle)) continue;
             narrow_[wedge] = sum;
             if (is_point(wedge)) continue;
             const int a = mesh_.tag(begin), b = mesh_.tag(Connectivity::prev(last));

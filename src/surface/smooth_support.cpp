@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 namespace gradus {
 
@@ -12,6 +13,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kSteepest = 0.5;  // cosine of the angle between an edge and its curve: no steeper than 60 degrees
+
+// Radians, 20 and 45 degrees: by how much a tangent of an edge may be steeper than the other, and from where on it is that of a point.
+constexpr double kRoundExcess = 0.35, kPointedExcess = 0.79;
 
 constexpr double kNormalCosine = 0.87;  // normals of vertices count as far as 30 degrees from the facet's
 constexpr double kInnerReach = 0.15;  // over the shortest edge
@@ -40,6 +44,16 @@ Vector3d circle_tangent(const Vector3d& a, const Vector3d& b, const Vector3d& c)
     const double lu = u.norm(), lv = v.norm();
     if (!(lu > 0) || !(lv > 0)) return unit_or_zero(c - a);
     return unit_or_zero(u * (lv / lu) + v * (lu / lv));
+}
+
+// Tangent at one end of an edge, turned towards the edge where it is steeper than that of the other end by more than a round would be:
+// a point, such as that of a cone, is not round.
+Vector3d held_tangent(const Vector3d& tangent, const Vector3d& other, const Vector3d& along) {
+    const auto to_edge = [&](const Vector3d& t) { return std::acos(std::clamp(t.dot(along), -1.0, 1.0)); };
+    const double angle = to_edge(tangent), excess = angle - (without(tangent, along).dot(without(other, along)) < 0 ? to_edge(other) : 0);
+    if (excess <= kRoundExcess) return tangent;
+    const double held = angle - excess * std::min(1.0, (excess - kRoundExcess) / (kPointedExcess - kRoundExcess));
+    return std::cos(held) * along + std::sin(held) * unit_or_zero(without(tangent, along));
 }
 
 // Coordinates (b, c) of the point of triangle (p0, p1, p2) closest to p, and the squared distance.
@@ -185,6 +199,7 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
         };
         ta = tangent(h);
         tb = tangent(Connectivity::next(h));
+        std::tie(ta, tb) = std::pair(held_tangent(ta, tb, along), held_tangent(tb, ta, along));
     }
     const auto handle = [&](const Vector3d& t) {
         const double cosine = t.dot(along);

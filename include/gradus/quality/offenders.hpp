@@ -16,7 +16,7 @@ struct OffenderCause {
     enum class Kind {
         None,          ///< nothing was found that forces it
         Frozen,        ///< it has a frozen edge, or a frozen vertex near a corner or a curve
-        /// the angles of the mesh around a vertex off the features add up to less than three times the smallest angle; value: degrees, ids:
+        /// the angles of the mesh around a vertex off the features add up to less than four times the smallest angle; value: degrees, ids:
         /// the vertex
         SharpPoint,
         NarrowCorner,  ///< features meet at less than the smallest angle; value: degrees, ids: the vertex
