@@ -27,7 +27,7 @@ constexpr double kLead = 0.6;          // of the errors of a cubic and a quartic
 constexpr double kFall = 0.8;          // the outermost ring weighs 1 / (1 + kFall)
 constexpr double kNormalWeight = 0.5;  // of a slope against a height, once both are lengths
 constexpr double kTurnedWeight = 0.01; // of the height of a neighbour that is turned farther
-constexpr double kFlatWeight = 1e-4;   // of a height at the end of an edge that a bend along it would lead to
+constexpr double kFlatWeight = 1e-4;   // of the height there that a bend on the way would lead to
 constexpr double kRidge = 1e-12;       // keeps what the vertices do not tell near zero
 
 // The wedges and their neighbours, numbered anew so that those near each other are near each other in memory too.
@@ -92,6 +92,7 @@ class Neighbourhood {
         size_ = 1;
         ends_.assign(1, 1);
         outer_ = 0;
+        turns_ = false;
         normal_ = graph_.normals[middle];
         // Around a point all turn away: it is as sharp as they say.
         const auto around = graph_.neighbours_of(middle);
@@ -106,13 +107,17 @@ class Neighbourhood {
             for (const int i : graph_.neighbours_of(members_[outer_])) {
                 // Whether it is new cannot be foretold: without a branch.
                 members_[size] = i;
-                size += stamp_[i] != now_ && graph_.normals[i].dot(normal_) >= least_ ? 1 : 0;
+                const bool is_near = graph_.normals[i].dot(normal_) >= least_;
+                size += stamp_[i] != now_ && is_near ? 1 : 0;
+                turns_ = turns_ || !is_near;
                 stamp_[i] = now_;
             }
         size_ = size;
         ends_.push_back(size);
         return size > end;
     }
+    // Whether there was a vertex left out as it is turned too far.
+    bool turns() const { return turns_; }
     std::span<const int> members() const { return std::span(members_).first(size_); }
     // Ring 0 is the one in the middle.
     std::span<const int> ring(int k) const {
@@ -129,6 +134,7 @@ class Neighbourhood {
     int now_ = 0;
     Vector3d normal_;  // of the one in the middle
     double least_ = -1;
+    bool turns_ = false;
 };
 
 // Calls use(std::integral_constant k) for k from 0 to count - 1.
@@ -329,7 +335,7 @@ class Fitter {
         }
         NormalEquations<kQuadratic> equations(moments);
         const auto [slopes, weights] = add_slopes(near, equations);
-        heed_needles(near.members().front(), equations);
+        heed_turned(near.members().front(), equations);
         equations.eliminate<0, kQuadratic>();
         const HeightFit quadratic = equations.fit<kQuadratic>();
         return curvature(quadratic, error_of(quadratic, moments[0] + weights, count + slopes, kQuadratic), rings);
@@ -396,19 +402,16 @@ class Fitter {
         return {count, weights};
     }
 
-    // Across needles the vertices tell nothing of how the surface bends along them: then it does not, as far as their other ends. And these
-    // lie on it, though it may turn there: the facets do.
-    void heed_needles(int middle, NormalEquations<kQuadratic>& equations) const {
-        double farthest_x = 0, farthest_y = 0;
+    // Neighbours that are turned too far lie on the surface all the same, and up to them it does not bend: the facets do not. Across needles
+    // nothing else tells.
+    void heed_turned(int middle, NormalEquations<kQuadratic>& equations) const {
         for (const int i : graph_.neighbours_of(middle)) {
+            if (normals_[i].dot(w_) >= kFarthestTurn) continue;
             const Vector3d d = points_[i] - origin_;
             const double x = d.dot(u_) / sx_, y = d.dot(v_) / sy_;
-            farthest_x = std::max(farthest_x, std::abs(x));
-            farthest_y = std::max(farthest_y, std::abs(y));
-            if (normals_[i].dot(w_) < kFarthestTurn) equations.add({1, x, y, x * x, x * y, y * y}, d.dot(w_), kTurnedWeight);
+            equations.add({1, x, y, x * x, x * y, y * y}, d.dot(w_), kTurnedWeight);
+            equations.add({0, 0, 0, x * x, x * y, y * y}, 0, kFlatWeight);
         }
-        equations.add({0, 0, 0, farthest_x * farthest_x, 0, 0}, 0, kFlatWeight);
-        equations.add({0, 0, 0, 0, 0, farthest_y * farthest_y}, 0, kFlatWeight);
     }
 
     // Standard error of the second derivatives: across, where the vertices are closest together, it bounds that of the others.
@@ -475,15 +478,15 @@ std::vector<WedgeCurvature> estimate_curvature(std::span<const Vector3d> points,
             result[wedge].normal = normals[wedge];
             bool fitted = false;
             while (near.rings() < options.most_rings && near.add_ring()) {
-                // Beside a feature few vertices near by, with their normals, tell more than many far away, all on one side.
-                if (near.rings() < options.rings || (!graph.open[i] && near.members().size() < kEnoughForCubic)) continue;
+                // Beside a feature, or what turns far, few vertices near by, with their normals, tell more than many far away, all on one side.
+                if (near.rings() < options.rings || (!graph.open[i] && !near.turns() && near.members().size() < kEnoughForCubic)) continue;
                 // More rings are better only while they promise a smaller error.
                 if (!fitted) fitter.begin(near);
                 const std::optional<WedgeCurvature> fit = fitter.fit(near);
                 if (!fit || (fitted && fit->error >= result[wedge].error)) break;
                 result[wedge] = *fit;
                 fitted = true;
-                if (fit->error <= options.precision * std::max(std::abs(fit->k1), options.least_curvature)) break;
+                if (near.turns() || fit->error <= options.precision * std::max(std::abs(fit->k1), options.least_curvature)) break;
             }
             if (!fitted) {
                 fitter.begin(near);
