@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 constexpr int kQuadratic = 6, kCubic = 10, kQuartic = 15;    // coefficients
 constexpr int kEnoughForCubic = 15, kEnoughForQuartic = 17;  // vertices, the one in the middle among them
 constexpr int kMostVertices = 400;
-constexpr double kFarthestTurn = 0.5;  // cosine of the angle between normals, 60 degrees: no polynomial fits what turns farther
+constexpr double kFarthestTurn = 0.7;  // cosine of the angle between normals, 45 degrees: polynomials do not follow what turns farther
 constexpr double kLead = 0.6;          // of the errors of a cubic and a quartic: a cubic ahead by less is so by chance
 constexpr double kFall = 0.8;          // the outermost ring weighs 1 / (1 + kFall)
 constexpr double kNormalWeight = 0.5;  // of a slope against a height, once both are lengths

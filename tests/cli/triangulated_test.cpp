@@ -704,6 +704,33 @@ TEST_CASE("sizes are lowered around elements that fall short without a cause, an
     CHECK(json::parse(cube.out)["refinements"] == 0);
 }
 
+TEST_CASE("a cone comes to a point without a bulge, its elements grow from there", "[cli]") {
+    const TemporaryFolder folder;
+    constexpr int n = 24;
+    constexpr double height = 5;
+    TriangleSoup cone;
+    for (int i = 0; i < n; ++i) {
+        const double a = 2 * std::numbers::pi * i / n;
+        cone.points.push_back({std::cos(a), std::sin(a), 0});
+        cone.triangles.insert(cone.triangles.end(), {{i, (i + 1) % n, n}, {(i + 1) % n, i, n + 1}});
+    }
+    cone.points.insert(cone.points.end(), {{0, 0, height}, {0, 0, 0}});
+    write_mesh(folder / "cone.off", cone);
+    const Outcome outcome = run(folder, "remesh cone.off -o out.off --json");
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const TriangleSoup mesh = read_mesh(folder / "out.off");
+    // The facets are up to .0086 inside.
+    for (const Eigen::Vector3d& p : mesh.points) {
+        const double beyond = std::hypot(p.x(), p.y()) - (1 - p.z() / height);
+        CHECK(beyond < 0.02);
+        if (p.z() > 0) CHECK(beyond > -0.01);
+    }
+    // The integral of 2 / (sqrt 3 h^2 / 2) over the mantle with h = .3 r comes to some 1 500 up to where h is hmin, and the base to 80.
+    CHECK(mesh.triangles.size() < 2500);
+    CHECK(mesh.triangles.size() > 1000);
+}
+
 TEST_CASE("sizes that coordinates cannot show are refused", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", tin());

@@ -216,6 +216,35 @@ TEST_CASE("curvature at the rim of a cylinder is that of each side: round and fl
     CHECK(sides == 41 * 64);
 }
 
+TEST_CASE("coarse cylinders and cones of one row of facets have about the curvature of what they stand for", "[property]") {
+    const int sides = GENERATE(8, 10, 14, 24);
+    const double top = GENERATE(1.0, 0.5, 0.0), height = GENERATE(2.0, 20.0);
+    CAPTURE(sides, top, height);
+    Mesh mesh;
+    for (int i = 0; i < sides; ++i) {
+        const double a = 2 * std::numbers::pi * i / sides;
+        mesh.points.push_back({std::cos(a), std::sin(a), 0});
+    }
+    const int ring = top > 0 ? sides : 1;
+    for (int i = 0; i < ring; ++i) mesh.points.push_back(top > 0 ? Vector3d(top * mesh.points[i].x(), top * mesh.points[i].y(), height) : Vector3d(0, 0, height));
+    for (int i = 0; i < sides; ++i) {
+        const int j = (i + 1) % sides;
+        mesh.triangles.push_back({i, j, sides + j % ring});
+        if (top > 0) mesh.triangles.push_back({i, sides + j, sides + i});
+    }
+    const Estimated e = estimated(mesh);
+    const double slope = std::atan2(1 - top, height);
+    for (int w = 0; w < e.wedges.size(); ++w) {
+        const Vector3d& p = mesh.points[e.wedges.vertex[w]];
+        const double r = std::hypot(p.x(), p.y());
+        if (r == 0) continue;  // the point of a cone
+        const Vector3d normal(std::cos(slope) * p.x() / r, std::cos(slope) * p.y() / r, std::sin(slope));
+        // Of a frustum both ends are fitted together.
+        CHECK(e.curvature[w].k1 * r / std::cos(slope) == Approx(1).epsilon(top == 0.5 ? 0.6 : sides < 14 ? 0.4 : 0.15));
+        CHECK(e.curvature[w].normal.dot(normal) > std::cos(0.06));
+    }
+}
+
 TEST_CASE("noise asks for more rings, and precision that is not needed for none", "[property]") {
     const Mesh mesh = triangulations::sphere(4);
     const auto rings = [](const std::vector<WedgeCurvature>& curvature) {
