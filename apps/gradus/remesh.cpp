@@ -220,9 +220,11 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
 
 // One line: what became of the sizes.
 std::string gradation_line(const GradationOptions& options, const GradationResult& result, std::size_t vertices) {
-    return fmt::format("gradation: {}; {:.4g} before, {:.1f} % of the vertices lowered{}\n", to_text(options),
-                       options.shock ? result.before.shock_max : result.before.variation_max, 100.0 * result.lowered / static_cast<double>(vertices),
-                       result.met ? "" : ", NOT met");
+    constexpr double kBeyondTelling = 1e6;
+    const double before = options.shock ? result.before.shock_max : result.before.variation_max;
+    return fmt::format("gradation: {}; {} before, {:.1f} % of the vertices lowered{}\n", to_text(options),
+                       before < kBeyondTelling ? fmt::format("{:.4g}", before) : fmt::format("over {:g}", kBeyondTelling),
+                       100.0 * result.lowered / static_cast<double>(vertices), result.met ? "" : ", NOT met");
 }
 
 void write_report(const Options& options, const std::optional<GradationOptions>& gradation, const Made& made, const MeshReport& report,

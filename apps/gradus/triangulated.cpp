@@ -18,6 +18,7 @@ namespace gradus::app {
 
 namespace {
 
+constexpr double kLargestNoise = 0.001;  // of the diagonal: creases that stand out by more are meant, however large a chord error is asked for
 constexpr double kFinest = 0.1;     // of the default hmin, down to which sizes go to keep a chord error
 constexpr double kNearFaults = 3;   // chord errors
 
@@ -96,13 +97,14 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
     }
     options.label_borders = !choice.no_label_borders;
     if (sizing.chord_error) {
-        options.features.scale = *sizing.chord_error;
+        Eigen::AlignedBox3d box;
+        for (const Eigen::Vector3d& p : soup.points) box.extend(p);
+        const double diagonal = box.diagonal().norm();
+        options.features.scale = std::min(*sizing.chord_error, kLargestNoise * diagonal);
         options.features.places.assign(places.begin(), places.end());
         options.features.reach = kNearFaults * *sizing.chord_error;
         // Curvatures that ask for elements larger than any allowed need no precision.
-        Eigen::AlignedBox3d box;
-        for (const Eigen::Vector3d& p : soup.points) box.extend(p);
-        const double hmax = sizing.hmax.value_or(limits_for(box.diagonal().norm()).hmax);
+        const double hmax = sizing.hmax.value_or(limits_for(diagonal).hmax);
         options.least_curvature = 8 * *sizing.chord_error / (hmax * hmax);
     }
     try {

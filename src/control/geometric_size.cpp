@@ -477,7 +477,7 @@ SizedBackground make_background(const PatchModel& model, const SizingRule& rule,
     builder.start_from_grid(options.cells);
     // Refining for sizes that will be refused in the end takes long: the first grid tells the order of magnitude.
     if (const double expected = builder.unit_triangles(); expected > 2 * options.max_unit_triangles)
-        throw std::length_error(fmt::format("the sizes ask for about {:.15g} triangles, more than {:.0f}", expected, options.max_unit_triangles));
+        throw std::length_error(fmt::format("the sizes ask for about {:.15g} triangles, more than {:.0f}", std::round(expected), options.max_unit_triangles));
     double error = 0;
     const bool resolved = builder.refine(
         [&](int t) { return builder.near_prescribed(t) || builder.misrepresented(t, options, &error); }, options.max_triangles);

@@ -455,7 +455,7 @@ void take_report(const OptimiseReport& report, RemeshStatistics& statistics) {
 double check_estimate(const ControlSpace& control, const RemeshOptions& options) {
     const double predicted = control.predicted_triangles(), least = control.least_relative_size();
     if (predicted > options.max_triangles)
-        throw std::length_error(fmt::format("the size map asks for about {:.15g} triangles, more than {:.0f}", predicted, options.max_triangles));
+        throw std::length_error(fmt::format("the size map asks for about {:.15g} triangles, more than {:.0f}", std::round(predicted), options.max_triangles));
     if (least < kLeastSize)
         throw std::invalid_argument(fmt::format("the size map goes down to {:.3g} of the coordinates, below {:g}: rounding leaves no triangles that small", least, kLeastSize));
     return predicted;

@@ -731,6 +731,20 @@ TEST_CASE("a cone comes to a point without a bulge, its elements grow from there
     CHECK(mesh.triangles.size() > 1000);
 }
 
+TEST_CASE("a plate thinner than the chord error keeps its creases", "[cli]") {
+    const TemporaryFolder folder;
+    TriangleSoup plate = triangulations::soup(triangulations::cube(1));
+    for (Eigen::Vector3d& p : plate.points) p.z() *= 0.003;
+    write_mesh(folder / "plate.off", plate);
+    const Outcome outcome = run(folder, "remesh plate.off -o out.off --chord-error " + std::string(GENERATE("0.002", "0.02")) + " --json");
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const json said = json::parse(outcome.out);
+    CHECK(said["feature_curves"] == 12);
+    CHECK(said["corners"] == 8);
+    CHECK(said["area_length"]["min"].get<double>() > 0.6);
+}
+
 TEST_CASE("sizes that coordinates cannot show are refused", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", tin());

@@ -246,7 +246,7 @@ TEST_CASE("A map that asks for too many triangles is refused with the number", "
     const ControlSpace control(tiny.background, tiny.sizes);
     // 1 / (sqrt(3)/4 1e-10) = 2.309e10
     REQUIRE_THROWS_AS(remesh(model, control), std::length_error);
-    REQUIRE_THROWS_WITH(remesh(model, control), Catch::Contains("23094010767") && Catch::Contains("20000000"));
+    REQUIRE_THROWS_WITH(remesh(model, control), Catch::Contains("23094010768") && Catch::Contains("20000000"));
     const ControlSpace coarse(sized.background, sized.sizes);
     CHECK_THROWS_AS(remesh(model, coarse, {.max_triangles = 100}), std::length_error);
     CHECK_NOTHROW(remesh(model, coarse, {.max_triangles = 300}));
