@@ -174,36 +174,17 @@ class DistanceSearch {
             later.push_back({{x, y, z}, bound, triangle});
     }
 
-    // The largest distance of a point of any part. @param most  work that is done, or little more; the bound holds for what is left too
-    OneSidedDistance largest_of(std::vector<Part> parts, std::size_t most) const {
-        Found found;
-        Eigen::AlignedBox3d box;
-        for (const Part& part : parts)
-            for (const Corner& x : part.corner) found.attain(x), box.extend(x.p);
-        if (!box.isEmpty()) found.resolution = kResolution * box.diagonal().norm();
+    // The largest distance of a point of the parts first(i), i below a number. @param found  with the resolution, and what their corners attain
+    // @param most   work that is done, or little more; the bound holds for what is left too
+    template <class First>
+    OneSidedDistance largest_of(std::size_t number, const First& first, Found found, std::size_t most) const {
+        std::vector<Part> parts;
+        divide_side_by_side(number, first, found, parts);
         while (!parts.empty() && found.work < most) {
-            const std::size_t now = found.work == 0 ? parts.size() : std::min(parts.size(), kMostAtOnce);
-            constexpr std::size_t kBlock = 64;
-            struct Block {
-                Found found;
-                std::vector<Part> later;
-            };
-            std::vector<Block> blocks((now + kBlock - 1) / kBlock, {found, {}});
-            tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-                blocks[b].found.work = 0;
-                for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, now); ++i) divide(parts[i], blocks[b].found, blocks[b].later);
-            });
+            std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.bound > b.bound; });
+            const std::size_t now = std::min(parts.size(), kMostAtOnce);
             std::vector<Part> left(parts.begin() + static_cast<std::ptrdiff_t>(now), parts.end());
-            for (const Block& block : blocks) {
-                found.take(block.found);
-                left.insert(left.end(), block.later.begin(), block.later.end());
-            }
-            std::erase_if(left, [&](const Part& part) {
-                const bool is_done = part.bound <= enough(found);
-                if (is_done) found.bound = std::max(found.bound, part.bound);
-                return is_done;
-            });
-            std::stable_sort(left.begin(), left.end(), [](const Part& a, const Part& b) { return a.bound > b.bound; });
+            divide_side_by_side(now, [&](std::size_t i) { return parts[i]; }, found, left);
             parts = std::move(left);
         }
         for (const Part& part : parts) found.bound = std::max(found.bound, part.bound);
@@ -231,6 +212,30 @@ class DistanceSearch {
     }
 
   private:
+    // Divides parts, those of a block one after the other. @param later  takes what they are divided into; what does not matter any more is taken out
+    template <class PartOf>
+    void divide_side_by_side(std::size_t number, const PartOf& part, Found& found, std::vector<Part>& later) const {
+        constexpr std::size_t kBlock = 64;
+        struct Block {
+            Found found;
+            std::vector<Part> later;
+        };
+        std::vector<Block> blocks((number + kBlock - 1) / kBlock, {found, {}});
+        tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+            blocks[b].found.work = 0;
+            for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, number); ++i) divide(part(i), blocks[b].found, blocks[b].later);
+        });
+        for (const Block& block : blocks) {
+            found.take(block.found);
+            later.insert(later.end(), block.later.begin(), block.later.end());
+        }
+        std::erase_if(later, [&](const Part& p) {
+            const bool is_done = p.bound <= enough(found);
+            if (is_done) found.bound = std::max(found.bound, p.bound);
+            return is_done;
+        });
+    }
+
     double distance_to(int triangle, const Vector3d& p) const {
         const DistanceTarget::Facet& f = target_.facets_[triangle];
         if (f.is_under(p)) return std::abs(f.normal.dot(p - f.corner));
@@ -415,10 +420,15 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
     });
     const auto corner = [&](int v) { return corners[corner_of[v]]; };
     if (!(options.limit > 0)) {
-        std::vector<Part> parts;
-        parts.reserve(triangles.size());
-        for (const int t : triangles) parts.push_back({{corner(from.triangles[t][0]), corner(from.triangles[t][1]), corner(from.triangles[t][2])}});
-        return search.largest_of(std::move(parts), kMostWork + kMostWorkPerTriangle * (triangles.size() + mesh_.triangles.size()));
+        Found found;
+        Eigen::AlignedBox3d box;
+        for (const Corner& c : corners) found.attain(c), box.extend(c.p);
+        if (!box.isEmpty()) found.resolution = kResolution * box.diagonal().norm();
+        const auto part = [&](std::size_t i) {
+            const auto& [a, b, c] = from.triangles[triangles[i]];
+            return Part{{corner(a), corner(b), corner(c)}};
+        };
+        return search.largest_of(triangles.size(), part, found, kMostWork + kMostWorkPerTriangle * (triangles.size() + mesh_.triangles.size()));
     }
     std::vector<Found> found(triangles.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 256), [&](const auto& range) {
