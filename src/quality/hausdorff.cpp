@@ -155,7 +155,7 @@ class DistanceSearch {
         double bound = part.bound;
         int triangle = part.triangle;
         const auto is_near_that_of = [&](const Corner& x) {
-            if (const double most = farthest(a, b, c, x.hit.triangle); most < bound) bound = most, triangle = x.hit.triangle;
+            if (const double most = farthest(part, x.hit.triangle); most < bound) bound = most, triangle = x.hit.triangle;
             return bound <= enough(found);
         };
         for (const Corner& x : part.corner)
@@ -320,10 +320,10 @@ class DistanceSearch {
         found.work += static_cast<std::size_t>(piece.size) * kWorkOfCorner;
     }
 
-    // Largest distance of three corners to one triangle of the target.
-    double farthest(const Corner& a, const Corner& b, const Corner& c, int triangle) const {
+    // Largest distance of the corners of a part to one triangle of the target.
+    double farthest(const Part& part, int triangle) const {
         double most = 0;
-        for (const Corner* x : {&a, &b, &c}) most = std::max(most, x->hit.triangle == triangle ? x->hit.distance : distance_to(triangle, x->p));
+        for (const Corner& x : part.corner) most = std::max(most, x.hit.triangle == triangle ? x.hit.distance : distance_to(triangle, x.p));
         return most;
     }
 
