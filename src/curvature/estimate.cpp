@@ -290,7 +290,7 @@ class NormalEquations {
 
 class Fitter {
   public:
-    explicit Fitter(const Graph& graph) : graph_(graph), points_(graph.points), normals_(graph.normals) {}
+    explicit Fitter(const Graph& graph) : graph_(graph) {}
 
     // For fits to this neighbourhood, as it is and with more rings: the frame it gives is kept.
     void begin(const Neighbourhood& near) {
@@ -349,13 +349,13 @@ class Fitter {
 
     // Coordinates along the longer and the shorter spread of the vertices, each over that spread.
     void place(std::span<const int> members) {
-        origin_ = points_[members.front()];
-        w_ = normals_[members.front()];
+        origin_ = graph_.points[members.front()];
+        w_ = graph_.normals[members.front()];
         if (w_.isZero()) return;
         const Vector3d u = any_tangent(w_), v = w_.cross(u);
         double xx = 0, xy = 0, yy = 0;
         for (const int i : members) {
-            const Vector3d d = points_[i] - origin_;
+            const Vector3d d = graph_.points[i] - origin_;
             const double x = d.dot(u), y = d.dot(v);
             xx += x * x, xy += x * y, yy += y * y;
         }
@@ -375,7 +375,7 @@ class Fitter {
         const Vector3d u = u_ / sx_, v = v_ / sy_;
         for (std::vector<double>* const coordinates : {&x_, &y_, &z_}) coordinates->assign((ring.size() + 1) / 2 * 2, 0);
         for (std::size_t i = 0; i < ring.size(); ++i) {
-            const Vector3d d = points_[ring[i]] - origin_;
+            const Vector3d d = graph_.points[ring[i]] - origin_;
             x_[i] = d.dot(u);
             y_[i] = d.dot(v);
             z_[i] = d.dot(w_);
@@ -388,11 +388,11 @@ class Fitter {
         double weights = 0;
         for (int k = 0; k <= near.rings(); ++k)
             for (const int member : near.ring(k)) {
-                const Vector3d& m = normals_[member];
+                const Vector3d& m = graph_.normals[member];
                 const double up = m.dot(w_);
                 constexpr double kSteep = 0.3;
                 if (up < kSteep) continue;
-                const Vector3d d = points_[member] - origin_;
+                const Vector3d d = graph_.points[member] - origin_;
                 const double x = d.dot(u_) / sx_, y = d.dot(v_) / sy_, share = kNormalWeight * weight(k, near.rings());
                 equations.add({0, 1, 0, 2 * x, y, 0}, -m.dot(u_) / up * sx_, share);
                 equations.add({0, 0, 1, 0, x, 2 * y}, -m.dot(v_) / up * sy_, share);
@@ -406,8 +406,8 @@ class Fitter {
     // nothing else tells.
     void heed_turned(int middle, NormalEquations<kQuadratic>& equations) const {
         for (const int i : graph_.neighbours_of(middle)) {
-            if (normals_[i].dot(w_) >= kFarthestTurn) continue;
-            const Vector3d d = points_[i] - origin_;
+            if (graph_.normals[i].dot(w_) >= kFarthestTurn) continue;
+            const Vector3d d = graph_.points[i] - origin_;
             const double x = d.dot(u_) / sx_, y = d.dot(v_) / sy_;
             equations.add({1, x, y, x * x, x * y, y * y}, d.dot(w_), kTurnedWeight);
             equations.add({0, 0, 0, x * x, x * y, y * y}, 0, kFlatWeight);
@@ -431,7 +431,6 @@ class Fitter {
     }
 
     const Graph& graph_;
-    std::span<const Vector3d> points_, normals_;
     Vector3d origin_, u_, v_, w_;
     double sx_ = 1, sy_ = 1;
     std::vector<double> x_, y_, z_;      // of one ring

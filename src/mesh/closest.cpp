@@ -51,10 +51,10 @@ Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a
     return best;
 }
 
-// What is next to each other along a Z-curve is next to each other in space: its halves are boxes without looking for the best cut.
 ClosestTriangle::ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles)
     : ClosestTriangle(points, triangles, all_of(triangles)) {}
 
+// What is next to each other along a Z-curve is next to each other in space: its halves are boxes without looking for the best cut.
 ClosestTriangle::ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, std::vector<int> chosen)
     : points_(points), triangles_(triangles), chosen_(std::move(chosen)) {
     const auto centre = [&](int t) {
