@@ -96,11 +96,11 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
         options.features.weak_angle = std::min(options.features.weak_angle, 0.6 * options.features.angle);
     }
     options.label_borders = !choice.no_label_borders;
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& p : soup.points) box.extend(p);
+    const double diagonal = box.diagonal().norm();
+    options.features.scale = std::min(sizing.chord_error.value_or(diagonal), kLargestNoise * diagonal);
     if (sizing.chord_error) {
-        Eigen::AlignedBox3d box;
-        for (const Eigen::Vector3d& p : soup.points) box.extend(p);
-        const double diagonal = box.diagonal().norm();
-        options.features.scale = std::min(*sizing.chord_error, kLargestNoise * diagonal);
         options.features.places.assign(places.begin(), places.end());
         options.features.reach = kNearFaults * *sizing.chord_error;
         // Curvatures that ask for elements larger than any allowed need no precision.

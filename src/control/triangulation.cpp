@@ -83,19 +83,48 @@ Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& opti
     : soup_(std::move(soup)), mesh_(static_cast<int>(soup_.points.size()), soup_.triangles), diagonal_(diagonal_of(soup_)) {
     KnownFeatures known{.edges = soup_.edges, .corners = soup_.corners};
     if (options.label_borders) known.labels = soup_.labels;
-    features_ = find_features(soup_.points, mesh_, options.features, known);
+    const PlanarRegions regions(soup_.points, mesh_);
+    features_ = find_features(soup_.points, mesh_, options.features, known, &regions);
+    flats_ = find_flat_faces(soup_.points, mesh_, regions);
     frozen_ = frozen_elements(soup_.points, mesh_, soup_.required);
     wedges_ = wedges_of(mesh_);
     const std::vector<Vector3d> normals = wedge_normals(soup_.points, mesh_, wedges_);
     curvature_ = estimate_curvature(soup_.points, mesh_, wedges_, normals, {.least_curvature = options.least_curvature});
     curve_curvature_ = curvature_of_chains(soup_.points, features_);
+    heed_flats(regions);
+}
+
+// At flat faces the fits see both what is flat and the round beside it. The facets of the round, between tangent planes, tell better.
+void Triangulation::heed_flats(const PlanarRegions& regions) {
+    if (flats_.empty()) return;
+    for (int wedge = 0; wedge < wedges_.size(); ++wedge) {
+        if (wedges_.first[wedge] == Connectivity::kNone) continue;
+        int face = -1;
+        double largest = 0;
+        wedges_.for_each(mesh_, wedge, [&](int h) {
+            if (flats_.of(h / 3) >= 0) face = flats_.of(h / 3);
+        });
+        if (face < 0) continue;
+        wedges_.for_each(mesh_, wedge, [&](int h) {
+            for (const int e : {h, Connectivity::prev(h)}) {
+                const int g = mesh_.twin(e);
+                if (g < 0 || mesh_.tag(e) >= 0) continue;
+                double width = 0;
+                for (const int side : {e, g})
+                    if (flats_.of(side / 3) < 0 && regions.num_facets(regions.of(side / 3)) > 1) width += regions.across(side).length / 2;
+                if (const double turn = regions.turn_at(e); width > 0 && std::abs(turn) > std::abs(largest) * width) largest = turn / width;
+            }
+        });
+        if (largest != 0) curvature_[wedge] = {largest, 0, flats_.normals[face], 0, 0};
+        else curvature_[wedge].normal = flats_.normals[face];
+    }
 }
 
 SmoothSupport Triangulation::support(const SmoothSupport::Options& options) const {
     std::vector<Vector3d> normals;
     normals.reserve(curvature_.size());
     for (const WedgeCurvature& c : curvature_) normals.push_back(c.normal);
-    return SmoothSupport(soup_.points, mesh_, features_, wedges_, std::move(normals), options);
+    return SmoothSupport(soup_.points, mesh_, features_, wedges_, flats_, std::move(normals), options);
 }
 
 namespace {
@@ -194,7 +223,8 @@ class Cutter {
           middle_size_(at_corner_.size(), kUnknown),
           parent_(mesh_.num_triangles()),
           faced_(mesh_.num_triangles()) {
-        for (std::size_t h = 0; h < at_corner_.size(); ++h) at_corner_[h] = std::abs(surface.curvature()[surface.wedges().of_corner[h]].k1);
+        for (int h = 0; h < static_cast<int>(at_corner_.size()); ++h)
+            if (surface.flats().of(h / 3) < 0) at_corner_[h] = std::abs(surface.curvature()[surface.wedges().of_corner[h]].k1);
         if (rule.kind == SizingRule::Kind::ChordError) heed_edges();
         std::iota(source_.begin(), source_.end(), 0);
         std::iota(parent_.begin(), parent_.end(), 0);

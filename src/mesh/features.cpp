@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -18,7 +19,8 @@ constexpr double kRelief = 0.15;         // of the scale
 constexpr double kJag = 1;               // height of a jag over the scale, from which it is a corner nevertheless
 constexpr double kSliver = 1.0 / 3;      // width of a facet between two creases over its length, at most
 constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
-constexpr double kAlike = 3;
+constexpr double kLeastRidge = 0.035;    // turn of a ridge, radians: 2 degrees
+constexpr double kRidge = 2.0 / 3;       // of its turn, that the facets beside a ridge do not explain
 constexpr double kTip = 1.2;             // angle defect of the point of a cone, radians: it opens by less than 108 degrees
 constexpr double kTipRelief = 1;         // height over the scale
 // A crease stands out where the surface beside it turns little: by this part of the crease's own turn at most, or by what that
@@ -32,27 +34,21 @@ constexpr double kRounding = 1e-6;       // of a cosine, generously
 
 using Points = std::span<const Eigen::Vector3d>;
 
-Eigen::Vector3d normal_of(Points points, const Triangle& t) {
-    const Eigen::Vector3d n = (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]);
-    const double length = n.norm();
-    return length > 0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d::Zero();
-}
-
 // One number for both halves of an edge.
 int edge_of(const Connectivity& mesh, int h) { return mesh.twin(h) >= 0 ? std::min(h, mesh.twin(h)) : h; }
 
 class Finder {
   public:
-    Finder(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known)
-        : points_(points), mesh_(mesh), options_(options), places_(options.places),
+    Finder(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known, const PlanarRegions* regions)
+        : regions_(regions), points_(points), mesh_(mesh), options_(options), places_(options.places),
           kind_(3 * static_cast<std::size_t>(mesh.num_triangles()), Kind::None), degree_(mesh.num_vertices(), 0) {
         std::sort(places_.begin(), places_.end(), [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.x() < b.x(); });
         mark_certain(known);
         find_normals();
-        mark_creases();
+        if (regions_) mark_creases();
         continue_creases();
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
-            if (kind_[h] == Kind::Crease || kind_[h] == Kind::Certain) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
+            if (kind_[h] >= Kind::Crease) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
         while (drop_unclear()) continue;
         drop_short();
         drop_small_networks();
@@ -79,7 +75,8 @@ class Finder {
     }
 
   private:
-    enum class Kind : char { None, Weak, Crease, Certain };  // of an edge, at its first half
+    // Of an edge, at its first half. A ridge is where planes meet that are no facets of a round: that is evidence enough.
+    enum class Kind : char { None, Weak, Crease, Ridge, Certain };
 
     bool is_feature(int h) const { return kind_[edge_of(mesh_, h)] >= Kind::Crease; }
     Eigen::Vector3d along(int from, int to) const { return (points_[to] - points_[from]).stableNormalized(); }
@@ -105,29 +102,45 @@ class Finder {
 
     void find_normals() {
         normals_.resize(mesh_.num_triangles());
-        for (int t = 0; t < mesh_.num_triangles(); ++t) normals_[t] = normal_of(points_, mesh_.triangle(t));
+        for (int t = 0; t < mesh_.num_triangles(); ++t) {
+            const auto [a, b, c] = mesh_.triangle(t);
+            normals_[t] = regions_ ? regions_->normal_at(t) : (points_[b] - points_[a]).cross(points_[c] - points_[a]).stableNormalized();
+        }
     }
 
     void mark_creases() {
         // Most edges are far from being creases; near the limit the angle itself decides.
-        const double nearly_flat = std::cos(options_.weak_angle) + kRounding;
+        const double nearly_flat = std::cos(kLeastRidge) + kRounding;
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
             const int g = mesh_.twin(h);
             if (g < h || kind_[h] == Kind::Certain) continue;
             const Eigen::Vector3d &n = normals_[h / 3], &m = normals_[g / 3];
             if (n.isZero() || m.isZero() || n.dot(m) > nearly_flat) continue;
-            const Eigen::Vector3d axis = along(mesh_.origin(h), mesh_.target(h));
-            const double turn = turn_about(axis, n, m);
-            if (std::abs(turn) < options_.weak_angle) continue;
-            if (std::abs(turn) > kFold && needs_features(mesh_.origin(h), mesh_.target(h))) {
+            const double turn = std::abs(regions_->turn_at(h));
+            if (turn > kFold && needs_features(mesh_.origin(h), mesh_.target(h))) {
                 kind_[h] = Kind::Certain;
                 continue;
             }
-            if (std::abs(turn) < options_.sharp_angle && alike(width_of(h), width_of(g)) && turns_on(axis, turn, h) && turns_on(axis, turn, g)) continue;
-            if (options_.scale > 0 && relief(h) < kRelief * options_.scale) continue;
-            kind_[h] = std::abs(turn) >= options_.angle ? Kind::Crease : Kind::Weak;
+            const bool of_strips = regions_->num_facets(regions_->of(h / 3)) > 1 && regions_->num_facets(regions_->of(g / 3)) > 1;
+            if (turn < options_.weak_angle && !of_strips) continue;
+            kind_[h] = kind_of(h, turn, of_strips);
         }
     }
+
+    // @param of_strips  whether the facets of both sides are parts of larger planes
+    Kind kind_of(int h, double turn, bool of_strips) const {
+        const BendSide one = regions_->side_of(h), other = regions_->side_of(mesh_.twin(h));
+        const double unexplained = unexplained_turn(turn, one, other);
+        const auto stands_out = [&](const BendSide& side) { return std::abs(side.next_turn) <= turn + kRounding || std::abs(side.next_turn) > options_.sharp_angle; };
+        if (of_strips && unexplained > kRidge * turn && stands_out(one) && stands_out(other) && rises(std::min(one.width, other.width), turn)) return Kind::Ridge;
+        if (turn < options_.weak_angle) return Kind::None;
+        if (turn < options_.sharp_angle && unexplained <= turn / 2) return Kind::None;
+        if (options_.scale > 0 && relief(h) < kRelief * options_.scale) return Kind::None;
+        return turn >= options_.angle ? Kind::Crease : Kind::Weak;
+    }
+
+    // Whether a ridge stands out from the line between points as far from it on both sides.
+    bool rises(double width, double turn) const { return width * std::sin(turn / 2) >= kRelief * options_.scale; }
 
     // Whether an edge is where every fold is to be a feature.
     bool needs_features(int a, int b) const {
@@ -170,37 +183,13 @@ class Finder {
         return at;
     }
 
-    static double turn_about(const Eigen::Vector3d& axis, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-        return std::atan2(from.cross(to).dot(axis), from.dot(to));
-    }
-
     double length(int h) const { return (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm(); }
-
-    // How far the triangle of h reaches from it.
-    double width_of(int h) const {
-        const Eigen::Vector3d edge = points_[mesh_.target(h)] - points_[mesh_.origin(h)], side = points_[mesh_.apex(h)] - points_[mesh_.origin(h)];
-        return edge.cross(side).norm() / edge.norm();
-    }
-
-    // Facets of a coarse round are about as wide as each other.
-    static bool alike(double a, double b) { return std::max(a, b) <= kAlike * std::min(a, b); }
-
-    // Whether the surface beside h turns on, about the same axis and the same way, half as much as across h: a coarse round, no crease.
-    bool turns_on(const Eigen::Vector3d& axis, double turn, int h) const {
-        const double sign = mesh_.twin(h) < h ? 1 : -1;  // away from the edge
-        double most = 0;
-        mesh_.for_each_outgoing(mesh_.apex(h), [&](int e) {
-            if (normals_[e / 3].isZero()) return;
-            most = std::max(most, sign * turn_about(axis, normals_[h / 3], normals_[e / 3]) * (turn > 0 ? 1 : -1));
-        });
-        return most >= std::abs(turn) / 2;
-    }
 
     // Weak edges that go on where a crease would end.
     void continue_creases() {
         std::vector<int> queue;
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
-            if (kind_[h] == Kind::Crease) queue.push_back(h);
+            if (kind_[h] == Kind::Crease || kind_[h] == Kind::Ridge) queue.push_back(h);
         for (std::size_t i = 0; i < queue.size(); ++i) {
             const int h = queue[i];
             for (const auto& [from, at] : {std::pair(mesh_.origin(h), mesh_.target(h)), std::pair(mesh_.target(h), mesh_.origin(h))}) {
@@ -286,7 +275,7 @@ class Finder {
             int at = v;
             while (static_cast<int>(edges.size()) < options_.shortest) {
                 const auto [following, beyond] = follow(at, [&](int e) { return is_feature(e) && (edges.empty() || e != edges.back()); });
-                if (following < 0 || kind_[following] == Kind::Certain) break;
+                if (following < 0 || kind_[following] >= Kind::Ridge) break;
                 edges.push_back(following);
                 at = beyond;
                 if (degree_[at] != 2) break;
@@ -332,8 +321,8 @@ class Finder {
             const double length = this->length(h);
             ++network.edges;
             network.length += length;
-            network.certain = network.certain || kind_[h] == Kind::Certain;
-            if (kind_[h] == Kind::Certain) return;
+            network.certain = network.certain || kind_[h] >= Kind::Ridge;
+            if (kind_[h] >= Kind::Ridge) return;
             network.turn += length * turn_of(h);
             const std::optional<double> here = turn_beside({h}), there = turn_beside({mesh_.twin(h)});
             if (!here && !there) return;
@@ -357,7 +346,7 @@ class Finder {
 
     // A half-edge of a crease beside which another feature is close, less than what creases rise at least: at the apex of its triangle.
     std::optional<int> doubled_side(int edge, const std::vector<char>& stays) const {
-        if (kind_[edge] != Kind::Crease || (stays[mesh_.origin(edge)] && stays[mesh_.target(edge)])) return std::nullopt;
+        if ((kind_[edge] != Kind::Crease && kind_[edge] != Kind::Ridge) || (stays[mesh_.origin(edge)] && stays[mesh_.target(edge)])) return std::nullopt;
         for (const int h : {edge, mesh_.twin(edge)}) {
             const int next = Connectivity::next(h), prev = Connectivity::prev(h);
             // What goes on to the apex, and not beyond to others, is the same curve, unless it turns on the way.
@@ -366,7 +355,7 @@ class Finder {
             };
             const int a = mesh_.origin(h), b = mesh_.target(h), apex = mesh_.apex(h);
             const bool is_own = goes_on(next, a, b, apex) || goes_on(prev, b, a, apex);
-            const double width = width_of(h);
+            const double width = regions_->across(h).length;
             if (!is_own && degree_[apex] > 0 && width < kRelief * options_.scale && width < kSliver * length(h)) return h;
         }
         return std::nullopt;
@@ -495,7 +484,33 @@ class Finder {
 
     bool is_turn(int v) const {
         const auto [a, b] = neighbours(v);
-        return turns(a, v, b) && turns(far_along(v, a), v, far_along(v, b));
+        return is_outline_corner(a, v, b) || (turns(a, v, b) && turns(far_along(v, a), v, far_along(v, b)));
+    }
+
+    // Outlines of planes are exact: a bend from a over v to b is a corner where the edges beside it are no chords of a round.
+    bool is_outline_corner(int a, int v, int b) const {
+        if (!regions_ || !is_between_planes(a, v) || !is_between_planes(v, b)) return false;
+        const Eigen::Vector3d before = along(a, v), after = along(v, b), axis = before.cross(after).stableNormalized();
+        const double turn = std::atan2(before.cross(after).norm(), before.dot(after));
+        if (turn < kLeastRidge) return false;
+        const auto side_to = [&](int end) {
+            BendSide side{(points_[end] - points_[v]).norm(), 0, std::numeric_limits<double>::infinity()};
+            if (degree_[end] != 2) return side;
+            const auto [c, d] = neighbours(end);
+            const int further = c == v ? d : c;
+            const Eigen::Vector3d to_end = along(v, end), on = along(end, further);
+            side.next_turn = (end == b ? 1 : -1) * std::atan2(to_end.cross(on).dot(axis), to_end.dot(on));
+            side.next_width = (points_[further] - points_[end]).norm();
+            return side;
+        };
+        return unexplained_turn(turn, side_to(a), side_to(b)) > (turn < options_.sharp_angle ? kRidge * turn : 0);
+    }
+
+    // Whether there are planes of several facets on both sides of an edge, or on the only one.
+    bool is_between_planes(int a, int b) const {
+        const int h = mesh_.find_edge(a, b), g = mesh_.twin(h);
+        const auto is_plane = [&](int side) { return side < 0 || regions_->num_facets(regions_->of(side / 3)) > 1; };
+        return is_plane(h) && is_plane(g);
     }
 
     bool is_high_jag(int v) const {
@@ -560,6 +575,7 @@ class Finder {
         }
     }
 
+    const PlanarRegions* regions_;  // null where no edge can be a crease
     Points points_;
     Connectivity& mesh_;
     const FeatureOptions& options_;
@@ -571,8 +587,10 @@ class Finder {
 
 }  // namespace
 
-Features find_features(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known) {
-    return Finder(points, mesh, options, known).chains(known.corners);
+Features find_features(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known, const PlanarRegions* regions) {
+    std::optional<PlanarRegions> own;
+    if (!regions && options.angle < std::numbers::pi) regions = &own.emplace(points, mesh);
+    return Finder(points, mesh, options, known, regions).chains(known.corners);
 }
 
 Wedges wedges_of(const Connectivity& mesh) {

@@ -88,10 +88,11 @@ std::vector<Vector3d> wedge_normals(std::span<const Vector3d> points, const Conn
 }
 
 SmoothSupport::SmoothSupport(std::span<const Vector3d> points, const Connectivity& mesh, const Features& features, const Wedges& wedges,
-                             std::vector<Vector3d> normals, const Options& options)
-    : points_(points), mesh_(&mesh), wedges_(&wedges), options_(options), normals_(std::move(normals)) {
+                             const FlatFaces& flats, std::vector<Vector3d> normals, const Options& options)
+    : points_(points), mesh_(&mesh), wedges_(&wedges), flats_(&flats), options_(options), normals_(std::move(normals)) {
     find_tangents(features);
     turn_normals(features);
+    hold_flats();
     find_folds();
 }
 
@@ -128,12 +129,42 @@ void SmoothSupport::find_folds() {
     for (const int t : near) facet_normals_.push_back(normals[t]);
 }
 
+// A chord that is longer than those it meets is straight, as a flat face is, and the others follow its direction; else the tangent is that of
+// the circle through three points.
 void SmoothSupport::find_tangents(const Features& features) {
     tangents_.assign(mesh_->num_vertices(), Vector3d::Zero());
     for (const FeatureChain& chain : features.chains) {
-        const int n = static_cast<int>(chain.vertices.size());
-        for (int i = chain.closed ? 0 : 1; i < (chain.closed ? n : n - 1); ++i)
-            tangents_[chain.vertices[i]] = circle_tangent(points_[chain.vertex(i + n - 1)], points_[chain.vertices[i]], points_[chain.vertex(i + 1)]);
+        const int n = static_cast<int>(chain.vertices.size()), edges = chain.num_edges();
+        const auto length = [&](int i) { return (points_[chain.vertex(i + 1)] - points_[chain.vertex(i)]).norm(); };
+        const auto is_straight = [&](int i) {
+            const double own = length(i);
+            const bool before = i > 0 || chain.closed, after = i + 1 < edges || chain.closed;
+            return (!before || own > kAlikeWidths * length((i + edges - 1) % edges)) && (!after || own > kAlikeWidths * length((i + 1) % edges));
+        };
+        for (int i = chain.closed ? 0 : 1; i < (chain.closed ? n : n - 1); ++i) {
+            const Vector3d &a = points_[chain.vertex(i + n - 1)], &b = points_[chain.vertices[i]], &c = points_[chain.vertex(i + 1)];
+            const int before = (i + edges - 1) % edges;
+            Vector3d& tangent = tangents_[chain.vertices[i]];
+            if (is_straight(before)) tangent = unit_or_zero(b - a);
+            else if (is_straight(i)) tangent = unit_or_zero(c - b);
+            else tangent = circle_tangent(a, b, c);
+        }
+    }
+}
+
+// Where one flat face is in a wedge its normal is the wedge's: what comes after it begins in its plane.
+void SmoothSupport::hold_flats() {
+    if (flats_->empty()) return;
+    for (int wedge = 0; wedge < wedges_->size(); ++wedge) {
+        if (wedges_->first[wedge] == Connectivity::kNone) continue;
+        int face = -1;
+        bool single = true;
+        wedges_->for_each(*mesh_, wedge, [&](int h) {
+            const int here = flats_->of(h / 3);
+            if (here >= 0 && face >= 0 && here != face) single = false;
+            if (here >= 0) face = here;
+        });
+        if (face >= 0 && single) normals_[wedge] = flats_->normals[face];
     }
 }
 
@@ -182,6 +213,9 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
     const Vector3d chord = pb - pa;
     const double length = chord.norm();
     if (!(length > 0)) return {pa, pb};
+    const int here = flats_->of(h / 3), there = mesh_->twin(h) >= 0 ? flats_->of(mesh_->twin(h) / 3) : -1;
+    // Flat faces meet in a line, and what passes over into a flat face does.
+    if ((here >= 0 && there >= 0) || (mesh_->tag(h) < 0 && (here >= 0 || there >= 0))) return {pa + chord / 3, pb - chord / 3};
     const Vector3d along = chord / length;
     Vector3d ta = along, tb = along;
     if (mesh_->tag(h) >= 0) {
@@ -192,6 +226,11 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
         // A corner takes the tangent of the circle that leaves the other end.
         if (!has_a && has_b) ta = 2 * tb.dot(along) * along - tb;
         if (!has_b && has_a) tb = 2 * ta.dot(along) * along - ta;
+        // The border of a flat face is in its plane.
+        if (const int face = std::max(here, there); face >= 0) {
+            ta = unit_or_zero(without(ta, flats_->normals[face]));
+            tb = unit_or_zero(without(tb, flats_->normals[face]));
+        }
     } else {
         const auto tangent = [&](int corner) {
             const Vector3d t = unit_or_zero(without(along, normals_[wedges_->of_corner[corner]]));
@@ -263,6 +302,7 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
     const auto [shortest, longest] = std::minmax({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
     const double width = longest > 0 ? area.stableNorm() / longest : 0;
     const double most = kInnerBulge * std::min(options_.largest_bulge, std::min({rise_over_width(3 * triangle), rise_over_width(3 * triangle + 1), rise_over_width(3 * triangle + 2)}) * width);
+    const bool is_flat = flats_->of(triangle) >= 0;
     const double reach = kInnerReach * shortest;
     for (int k = 0; k < 3; ++k) {
         for (int i = 0; i < 2; ++i) {
@@ -272,7 +312,7 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
             off -= height * facing;
             const double slide = off.norm();
             if (slide > reach) off *= reach / slide;
-            inner[k][i] = flat / 4 + off + std::clamp(height, -most, most) * facing;
+            inner[k][i] = flat / 4 + off + (is_flat ? 0 : std::clamp(height, -most, most)) * facing;
         }
     }
     for (int k = 0; k < 3; ++k) normals[k] = held_normal(triangle, k, facing);
@@ -281,6 +321,7 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
 
 // Where the vertices' normals say little of the facet, the facet says more. @param facing  its own
 Vector3d SmoothSupport::held_normal(int triangle, int k, const Vector3d& facing) const {
+    if (const int face = flats_->of(triangle); face >= 0) return flats_->normals[face];
     const Vector3d& normal = corner_normal(triangle, k);
     const double cosine = normal.dot(facing);
     if (cosine >= kNormalCosine) return normal;

@@ -20,6 +20,7 @@ struct Smooth {
     Connectivity mesh;
     Features features;
     Wedges wedges;
+    FlatFaces flats;
     std::unique_ptr<SmoothSupport> support;
 
     Smooth(const Mesh& given, const std::function<Vector3d(const Vector3d&)>& normal, const SmoothSupport::Options& options = {})
@@ -29,7 +30,7 @@ struct Smooth {
         std::vector<Vector3d> normals = wedge_normals(triangles.points, mesh, wedges);
         if (normal)
             for (int w = 0; w < wedges.size(); ++w) normals[w] = normal(triangles.points[wedges.vertex[w]]);
-        support = std::make_unique<SmoothSupport>(triangles.points, mesh, features, wedges, std::move(normals), options);
+        support = std::make_unique<SmoothSupport>(triangles.points, mesh, features, wedges, flats, std::move(normals), options);
     }
     int size() const { return mesh.num_triangles(); }
 };

@@ -32,6 +32,7 @@ class Triangulation {
     const Features& features() const { return features_; }
     const Frozen& frozen() const { return frozen_; }  ///< what the soup requires
     const Wedges& wedges() const { return wedges_; }
+    const FlatFaces& flats() const { return flats_; }
     const std::vector<WedgeCurvature>& curvature() const { return curvature_; }  ///< one per wedge
     /// Curvature of the feature curve through each vertex, 1 / length; 0 off features and at corners.
     const std::vector<double>& curve_curvature() const { return curve_curvature_; }
@@ -40,11 +41,14 @@ class Triangulation {
     SmoothSupport support(const SmoothSupport::Options& options = {}) const;
 
   private:
+    void heed_flats(const PlanarRegions& regions);
+
     TriangleSoup soup_;
     Connectivity mesh_;
     Features features_;
     Frozen frozen_;
     Wedges wedges_;
+    FlatFaces flats_;
     std::vector<WedgeCurvature> curvature_;
     std::vector<double> curve_curvature_;
     double diagonal_ = 0;

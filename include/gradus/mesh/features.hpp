@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gradus/mesh/connectivity.hpp"
+#include "gradus/mesh/flats.hpp"
 
 #include <Eigen/Core>
 #include <span>
@@ -62,7 +63,9 @@ struct KnownFeatures {
 /// what is given. Half-edges of `mesh` are tagged with the number of their chain, others with -1.
 /// A vertex of two feature edges is a corner where the curve turns by the corner angle both from edge to edge and over three
 /// edges on either side: a jagged curve has none, but where its jags are high.
-Features find_features(std::span<const Eigen::Vector3d> points, Connectivity& mesh, const FeatureOptions& options = {}, const KnownFeatures& known = {});
+/// @param regions  of this mesh, if they are known
+Features find_features(std::span<const Eigen::Vector3d> points, Connectivity& mesh, const FeatureOptions& options = {},
+                       const KnownFeatures& known = {}, const PlanarRegions* regions = nullptr);
 
 /// A vertex as one side of the features sees it: its corners between two tagged edges, or all where it has none.
 struct Wedges {

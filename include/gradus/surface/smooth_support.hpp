@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gradus/mesh/features.hpp"
+#include "gradus/mesh/flats.hpp"
 
 #include <array>
 #include <limits>
@@ -35,9 +36,11 @@ class SmoothSupport {
         double largest_bulge = std::numeric_limits<double>::infinity();
     };
     /// @param mesh     its half-edges tagged with the chain they belong to, or -1; must outlive this, as `points` and `wedges` must
-    /// @param normals  one per wedge, unit, or zero where unknown; at features they are turned to hold the curves' tangents
+    /// @param flats    faces that stay in their planes; must outlive this
+    /// @param normals  one per wedge, unit, or zero where unknown; at features they are turned to hold the curves' tangents, and beside a flat
+    ///                 face they are its own
     SmoothSupport(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, const Features& features, const Wedges& wedges,
-                  std::vector<Eigen::Vector3d> normals, const Options& options);
+                  const FlatFaces& flats, std::vector<Eigen::Vector3d> normals, const Options& options);
 
     GregoryPatch patch(int triangle) const;
     Eigen::Vector3d point(int triangle, double b, double c) const { return patch(triangle).point(b, c); }
@@ -77,6 +80,7 @@ class SmoothSupport {
     double width_beside(int h) const;
     Eigen::Vector3d held_normal(int triangle, int k, const Eigen::Vector3d& facing) const;
     void turn_normals(const Features& features);
+    void hold_flats();
     void find_tangents(const Features& features);
     void find_folds();
 
@@ -85,6 +89,7 @@ class SmoothSupport {
     std::span<const Eigen::Vector3d> points_;
     const Connectivity* mesh_;
     const Wedges* wedges_;
+    const FlatFaces* flats_;
     Options options_;
     std::vector<Eigen::Vector3d> normals_;   // per wedge
     std::vector<Eigen::Vector3d> tangents_;  // of the feature curve at its inner vertices; zero elsewhere, and at corners

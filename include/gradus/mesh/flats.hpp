@@ -1,0 +1,82 @@
+/// Flat faces of a triangulation, told from facets of rounds by what lies beside them.
+///
+/// A facet is evidence of how finely the surface was sampled there. Facets of one plane are one region; a region that reaches farther from
+/// an edge than the one beyond it is no part of the round that the other is a facet of: there the surface is flat, and meets the round
+/// with a common tangent plane or in a ridge.
+#pragma once
+
+#include "gradus/mesh/connectivity.hpp"
+
+#include <Eigen/Core>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace gradus {
+
+/// Largest rounding of the coordinates, unit of length: half a unit in the last place of single precision, or of the decimals that all
+/// coordinates have in common, where they have few; of double precision else. 0 for no points.
+double resolution_of(std::span<const Eigen::Vector3d> points);
+
+/// One side of a bend: a part of a section across the surface, or of a curve, from the bend to where it turns again.
+struct BendSide {
+    double width = 0;       ///< from the bend to the next one, unit of length
+    double next_turn = 0;   ///< angle there, radians, about the same axis; positive: the same way as the bend
+    double next_width = 0;  ///< of the part behind that
+};
+
+/// Parts of a round are about as wide as each other: within this factor.
+constexpr double kAlikeWidths = 2;
+
+/// What is left of a bend, radians, once both sides have explained their share as facets of a round: each half of its next turn, as for
+/// points of a circle. A side that is wider than the other one, or than what follows it, is flat and explains nothing.
+/// @param turn  of the bend, radians, >= 0
+double unexplained_turn(double turn, const BendSide& one, const BendSide& other);
+
+/// Facets by the plane they are in.
+class PlanarRegions {
+  public:
+    /// Facets are of one plane where their corners are within a few roundings of it, or 1e-6 of the longest side of its largest facet.
+    /// Both must outlive this. Removed triangles are in no region (-1).
+    PlanarRegions(std::span<const Eigen::Vector3d> points, const Connectivity& mesh);
+
+    int size() const { return static_cast<int>(normals_.size()); }
+    int of(int triangle) const { return region_[triangle]; }
+    int num_facets(int region) const { return num_facets_[region]; }
+    /// Unit; zero where no facet of it has an area.
+    const Eigen::Vector3d& normal(int region) const { return normals_[region]; }
+    /// The normal of the region of a triangle: also of facets that are too narrow to have one of their own.
+    const Eigen::Vector3d& normal_at(int triangle) const { return normals_[region_[triangle]]; }
+
+    /// Straight from the middle of half-edge h over the region of its triangle.
+    struct Way {
+        double length = 0;  ///< unit of length; `farthest` where it is not left before
+        int exit = -1;      ///< half-edge of the region where it is left; -1: it was not left before `farthest`
+    };
+    Way across(int h, double farthest = std::numeric_limits<double>::infinity()) const;
+    /// The angle by which the surface bends at an edge, radians, positive where it bends to the inside; 0 at boundaries.
+    double turn_at(int h) const;
+    /// Of the section across the edge of h, on the side of the triangle of h.
+    BendSide side_of(int h) const;
+
+  private:
+    std::span<const Eigen::Vector3d> points_;
+    const Connectivity* mesh_;
+    std::vector<int> region_, num_facets_;
+    std::vector<Eigen::Vector3d> normals_;
+};
+
+/// The flat faces among the planar regions.
+struct FlatFaces {
+    std::vector<int> of_triangle;          ///< number of the face, or -1; empty where there are none at all
+    std::vector<Eigen::Vector3d> normals;  ///< of each face, unit
+
+    bool empty() const { return normals.empty(); }
+    int of(int triangle) const { return empty() ? -1 : of_triangle[triangle]; }
+};
+
+/// A region is a flat face rather than a facet of a round if it is wider than what is beyond along most of what it meets without a ridge;
+/// a single facet must be so on all sides, and what it meets must be planes of several facets.
+FlatFaces find_flat_faces(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, const PlanarRegions& regions);
+
+}  // namespace gradus

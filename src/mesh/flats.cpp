@@ -1,0 +1,192 @@
+#include "gradus/mesh/flats.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace gradus {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kRoundings = 4;         // off a plane, of corners that are on it
+constexpr double kFlatness = 1e-6;       // the same over the longest side of its largest facet
+constexpr double kSameWay = 0.5;         // cosine between normals of facets of one plane, which are not folded over each other
+constexpr double kSharpestRound = 0.96;  // radians: rounds turn by no more from facet to facet, 55 degrees
+constexpr double kTangentJoint = 2.2;    // a turn over that before it, at most: at the end of a round it is twice that of the joint
+constexpr double kParallel = 0.7;        // cosine between edges on both sides of a strip
+constexpr int kMostFacets = 200;         // on a way over a region
+
+Vector3d area_vector(std::span<const Vector3d> points, const Triangle& t) {
+    return (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]) / 2;
+}
+
+// What a side explains of a bend, as a facet of a round.
+double explained_by(double turn, const BendSide& side, double other_width) {
+    if (side.width > kAlikeWidths * other_width || side.width > kAlikeWidths * side.next_width) return 0;
+    if (side.next_turn <= 0 || side.next_turn > std::min(kSharpestRound, kTangentJoint * turn)) return 0;
+    // Behind the last facet of a round the turn is all its own; but a single facet between two flat faces is no round.
+    const bool ends_there = side.next_width > kAlikeWidths * side.width;
+    if (!ends_there) return side.next_turn / 2;
+    return other_width > kAlikeWidths * side.width ? 0 : side.next_turn;
+}
+
+}  // namespace
+
+double resolution_of(std::span<const Vector3d> points) {
+    double largest = 0;
+    bool in_single = true;
+    for (const Vector3d& p : points) {
+        largest = std::max(largest, p.cwiseAbs().maxCoeff());
+        in_single = in_single && p.cast<float>().cast<double>() == p;
+    }
+    if (!(largest > 0)) return 0;
+    constexpr double kSingle = 6e-8, kDouble = 1.2e-16;
+    const double exact = kDouble * largest;
+    // Coordinates with few decimals: the coarsest step of a power of ten that all are multiples of.
+    const int top = static_cast<int>(std::floor(std::log10(largest)));
+    double step = 0;
+    for (int digits = 5; digits <= 9 && step == 0; ++digits) {
+        const double unit = std::pow(10.0, top - digits + 1);
+        const auto is_multiple = [&](const Vector3d& p) {
+            const Vector3d q = p / unit;
+            return ((q - q.array().round().matrix()).array().abs() <= 1e-5).all();
+        };
+        if (std::all_of(points.begin(), points.end(), is_multiple)) step = unit / 2;
+    }
+    if (step > 0) return std::max(exact, step);
+    return in_single ? kSingle * largest : exact;
+}
+
+double unexplained_turn(double turn, const BendSide& one, const BendSide& other) {
+    return std::max(0.0, turn - explained_by(turn, one, other.width) - explained_by(turn, other, one.width));
+}
+
+PlanarRegions::PlanarRegions(std::span<const Vector3d> points, const Connectivity& mesh)
+    : points_(points), mesh_(&mesh), region_(mesh.num_triangles(), -1) {
+    const double roundings = kRoundings * resolution_of(points);
+    std::vector<double> area(mesh.num_triangles(), 0);
+    std::vector<int> order;
+    for (int t = 0; t < mesh.num_triangles(); ++t) {
+        if (!mesh.is_live_triangle(t)) continue;
+        area[t] = area_vector(points, mesh.triangle(t)).norm();
+        order.push_back(t);
+    }
+    // The largest first: their planes are the surest.
+    std::sort(order.begin(), order.end(), [&](int s, int t) { return area[s] != area[t] ? area[s] > area[t] : s < t; });
+    std::vector<int> members;
+    for (const int seed : order) {
+        if (region_[seed] >= 0) continue;
+        const Triangle corners = mesh.triangle(seed);
+        const Vector3d& origin = points[corners[0]];
+        const Vector3d normal = area_vector(points, corners).stableNormalized();
+        double longest = 0;
+        for (int k = 0; k < 3; ++k) longest = std::max(longest, (points[corners[(k + 1) % 3]] - points[corners[k]]).norm());
+        const double tolerance = std::max(roundings, kFlatness * longest);
+        const int number = size();
+        region_[seed] = number;
+        members.assign(1, seed);
+        Vector3d sum = area_vector(points, corners);
+        for (std::size_t i = 0; i < members.size() && !normal.isZero(); ++i)
+            for (int h = 3 * members[i]; h < 3 * members[i] + 3; ++h) {
+                const int g = mesh.twin(h);
+                if (g < 0 || region_[g / 3] >= 0 || std::abs(normal.dot(points[mesh.apex(g)] - origin)) > tolerance) continue;
+                const Vector3d part = area_vector(points, mesh.triangle(g / 3));
+                // What is narrower than the tolerance has no normal of its own.
+                const double width = 2 * part.norm() / (points[mesh.target(g)] - points[mesh.origin(g)]).norm();
+                if (width > tolerance && normal.dot(part) < kSameWay * part.norm()) continue;
+                region_[g / 3] = number;
+                members.push_back(g / 3);
+                sum += part;
+            }
+        normals_.push_back(members.size() == 1 ? normal : Vector3d(sum.stableNormalized()));
+        num_facets_.push_back(static_cast<int>(members.size()));
+    }
+}
+
+PlanarRegions::Way PlanarRegions::across(int h, double farthest) const {
+    const int region = region_[h / 3];
+    const Vector3d& normal = normals_[region];
+    const Vector3d along = points_[mesh_->target(h)] - points_[mesh_->origin(h)];
+    const Vector3d from = points_[mesh_->origin(h)] + along / 2, way = normal.cross(along).stableNormalized(), aside = way.cross(normal);
+    Way found{0, h};
+    for (int facets = 0; facets < kMostFacets; ++facets) {
+        // The way goes on through the side opposite to the corner that is on the same side of it as the apex.
+        const double apex = aside.dot(points_[mesh_->apex(h)] - from);
+        h = apex < 0 ? Connectivity::next(h) : Connectivity::prev(h);
+        // Side h runs over the way: where it cuts it.
+        const Vector3d a = points_[mesh_->origin(h)] - from, b = points_[mesh_->target(h)] - from;
+        const double left = aside.dot(a), right = aside.dot(b), share = left != right ? std::clamp(left / (left - right), 0.0, 1.0) : 0.5;
+        found = {std::max(found.length, way.dot(a + share * (b - a))), h};
+        if (found.length >= farthest) return {farthest, -1};
+        const int g = mesh_->twin(h);
+        if (g < 0 || region_[g / 3] != region) return found;
+        h = g;
+    }
+    return {std::min(found.length, farthest), -1};
+}
+
+double PlanarRegions::turn_at(int h) const {
+    const int g = mesh_->twin(h);
+    if (g < 0) return 0;
+    const Vector3d &n = normal_at(h / 3), &m = normal_at(g / 3);
+    const Vector3d axis = (points_[mesh_->target(h)] - points_[mesh_->origin(h)]).stableNormalized();
+    return std::atan2(n.cross(m).dot(axis), n.dot(m));
+}
+
+BendSide PlanarRegions::side_of(int h) const {
+    const Way own = across(h);
+    BendSide side{own.length, 0, 0};
+    const Vector3d axis = (points_[mesh_->target(h)] - points_[mesh_->origin(h)]).stableNormalized();
+    const double way = turn_at(h) >= 0 ? 1 : -1;
+    const Vector3d& normal = normal_at(h / 3);
+    const auto turn_to = [&](int t) { return -way * std::atan2(normal.cross(normal_at(t)).dot(axis), normal.dot(normal_at(t))); };
+    if (own.exit < 0) return side;
+    const int beyond = mesh_->twin(own.exit);
+    const Vector3d end = (points_[mesh_->target(own.exit)] - points_[mesh_->origin(own.exit)]).stableNormalized();
+    if (std::abs(end.dot(axis)) >= kParallel) {
+        if (beyond < 0) return side;
+        side.next_turn = turn_to(beyond / 3);
+        side.next_width = across(beyond).length;
+        return side;
+    }
+    // No strip but a facet with a corner: the farthest of those around it says whether the surface turns on.
+    mesh_->for_each_outgoing(mesh_->apex(h), [&](int e) { side.next_turn = std::max(side.next_turn, turn_to(e / 3)); });
+    side.next_turn = std::min(side.next_turn, std::abs(turn_at(h)));
+    side.next_width = side.width;
+    return side;
+}
+
+FlatFaces find_flat_faces(std::span<const Vector3d> points, const Connectivity& mesh, const PlanarRegions& regions) {
+    std::vector<double> smooth(regions.size(), 0), wide(regions.size(), 0);
+    const double least = std::cos(kSharpestRound);
+    for (int h = 0; h < 3 * mesh.num_triangles(); ++h) {
+        if (!mesh.is_live_triangle(h / 3)) continue;
+        const int g = mesh.twin(h), region = regions.of(h / 3);
+        if (g < 0 || regions.of(g / 3) == region || regions.normal_at(h / 3).dot(regions.normal_at(g / 3)) < least) continue;
+        const double length = (points[mesh.target(h)] - points[mesh.origin(h)]).norm();
+        const double farthest = kAlikeWidths * regions.across(g).length;
+        smooth[region] += length;
+        // A single facet is one among others on scans; on parts what it meets are strips.
+        const bool is_face = regions.num_facets(region) > 1 || regions.num_facets(regions.of(g / 3)) > 1;
+        if (is_face && regions.across(h, farthest).exit < 0) wide[region] += length;
+    }
+    FlatFaces flats;
+    std::vector<int> number(regions.size(), -1);
+    for (int region = 0; region < regions.size(); ++region) {
+        const double most = regions.num_facets(region) > 1 ? 0.5 : 1;
+        if (regions.normal(region).isZero() || wide[region] < most * smooth[region]) continue;
+        if (regions.num_facets(region) == 1 && smooth[region] == 0) continue;
+        number[region] = static_cast<int>(flats.normals.size());
+        flats.normals.push_back(regions.normal(region));
+    }
+    if (flats.empty()) return flats;
+    flats.of_triangle.assign(mesh.num_triangles(), -1);
+    for (int t = 0; t < mesh.num_triangles(); ++t)
+        if (mesh.is_live_triangle(t)) flats.of_triangle[t] = number[regions.of(t)];
+    return flats;
+}
+
+}  // namespace gradus
