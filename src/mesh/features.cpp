@@ -131,8 +131,7 @@ class Finder {
     Kind kind_of(int h, double turn, bool of_strips) const {
         const BendSide one = regions_->side_of(h), other = regions_->side_of(mesh_.twin(h));
         const double unexplained = unexplained_turn(turn, one, other);
-        const auto stands_out = [&](const BendSide& side) { return std::abs(side.next_turn) <= turn + kRounding || std::abs(side.next_turn) > options_.sharp_angle; };
-        if (of_strips && unexplained > kRidge * turn && stands_out(one) && stands_out(other) && rises(std::min(one.width, other.width), turn)) return Kind::Ridge;
+        if (of_strips && unexplained > kRidge * turn && rises(std::min(one.width, other.width), turn)) return Kind::Ridge;
         if (turn < options_.weak_angle) return Kind::None;
         if (turn < options_.sharp_angle && unexplained <= turn / 2) return Kind::None;
         if (options_.scale > 0 && relief(h) < kRelief * options_.scale) return Kind::None;

@@ -15,7 +15,7 @@ constexpr double kRoundings = 4;         // off a plane, of corners that are on 
 constexpr double kFlatness = 1e-6;       // the same over the longest side of its largest facet
 constexpr double kSameWay = 0.5;         // cosine between normals of facets of one plane, which are not folded over each other
 constexpr double kSharpestRound = 0.96;  // radians: rounds turn by no more from facet to facet, 55 degrees
-constexpr double kTangentJoint = 2.2;    // a turn over that before it, at most: at the end of a round it is twice that of the joint
+constexpr double kSameTurn = 1e-6;       // by how much turns of one round differ, relative
 constexpr double kParallel = 0.7;        // cosine between edges on both sides of a strip
 constexpr int kMostFacets = 200;         // on a way over a region
 
@@ -24,9 +24,9 @@ Vector3d area_vector(std::span<const Vector3d> points, const Triangle& t) {
 }
 
 // What a side explains of a bend, as a facet of a round.
-double explained_by(double turn, const BendSide& side, double other_width) {
+double explained_by(const BendSide& side, double other_width) {
     if (side.width > kAlikeWidths * other_width || side.width > kAlikeWidths * side.next_width) return 0;
-    if (side.next_turn <= 0 || side.next_turn > std::min(kSharpestRound, kTangentJoint * turn)) return 0;
+    if (side.next_turn <= 0 || side.next_turn > kSharpestRound) return 0;
     // Behind the last facet of a round the turn is all its own; but a single facet between two flat faces is no round.
     const bool ends_there = side.next_width > kAlikeWidths * side.width;
     if (!ends_there) return side.next_turn / 2;
@@ -61,7 +61,10 @@ double resolution_of(std::span<const Vector3d> points) {
 }
 
 double unexplained_turn(double turn, const BendSide& one, const BendSide& other) {
-    return std::max(0.0, turn - explained_by(turn, one, other.width) - explained_by(turn, other, one.width));
+    // What turns less than the round beside it does not stand out.
+    for (const BendSide& side : {one, other})
+        if (side.next_turn > (1 + kSameTurn) * turn && side.next_turn <= kSharpestRound) return 0;
+    return std::max(0.0, turn - explained_by(one, other.width) - explained_by(other, one.width));
 }
 
 PlanarRegions::PlanarRegions(std::span<const Vector3d> points, const Connectivity& mesh)

@@ -29,7 +29,8 @@ struct BendSide {
 constexpr double kAlikeWidths = 2;
 
 /// What is left of a bend, radians, once both sides have explained their share as facets of a round: each half of its next turn, as for
-/// points of a circle. A side that is wider than the other one, or than what follows it, is flat and explains nothing.
+/// points of a circle. A side that is wider than the other one, or than what follows it, is flat and explains nothing. Nothing is left where a
+/// side turns on by more, up to 55 degrees: where the bend is where a round begins.
 /// @param turn  of the bend, radians, >= 0
 double unexplained_turn(double turn, const BendSide& one, const BendSide& other);
 
