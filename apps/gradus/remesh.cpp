@@ -53,6 +53,7 @@ struct Made {
     std::string surface;  // a line on the input
     std::string note;     // lines on what else was asked and whether it was met
     bool met = true;
+    std::size_t contacts = 0;  // see NewContacts
     Json json;            // keys of the input's kind
     std::function<MeshReport()> measure;
     std::function<void(const std::string& path)> write;
@@ -203,6 +204,7 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
         made.note = fmt::format("features: {} edges more than their angles ask for, to keep the chord error\n", grouped(static_cast<long long>(features_added)));
     made.note += text_of(mesh->result.mesh.required, options.out) + text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
     made.met = mesh->kept;
+    made.contacts = mesh->contacts.count;
     made.json = json_of(*surface);
     made.json.update(json_of(*mesh));
     made.json["features_added"] = features_added;
@@ -306,6 +308,9 @@ int run_remesh(const Options& options) {
         for (const auto& [name, seconds] : made.result.statistics.seconds) json["meshing"].push_back({{"name", name}, {"seconds", seconds}});
         print(session, json);
     }
+    if (made.contacts > 0)
+        throw Failure(fmt::format("{}: the mesh is written, but {} pairs of its triangles touch or intersect; smaller sizes there, or a smaller --hmin, may help",
+                                  options.in, grouped(made.contacts)));
     if (!made.met) throw Failure(options.in + ": the mesh is written, but farther from it than the chord error asked for");
     if (!met) throw Failure(options.in + ": the mesh is written, but its sizes change faster than asked for");
     return kMet;

@@ -21,6 +21,7 @@ namespace {
 constexpr double kLargestNoise = 0.001;  // of the diagonal: creases that stand out by more are meant, however large a chord error is asked for
 constexpr double kFinest = 0.1;     // of the default hmin, down to which sizes go to keep a chord error
 constexpr double kNearFaults = 3;   // chord errors
+constexpr std::size_t kContactsTold = 3;
 
 template <class Item>
 void append(std::vector<Item>& to, const std::vector<Item>& items) {
@@ -186,6 +187,7 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     mesh.refinements = made.lowerings;
     mesh.kept = made.kept;
     mesh.faults = std::move(made.faults);
+    mesh.contacts = std::move(made.contacts);
     mesh.stubborn = std::move(made.stubborn);
     return mesh;
 }
@@ -215,7 +217,15 @@ std::string text_of(const TriangulatedMesh& mesh, double diagonal) {
     if (mesh.chord_error)
         text += fmt::format("; {:.4g} asked for, {}, sizes lowered {} times", *mesh.chord_error, mesh.kept ? "kept" : "NOT kept", mesh.refinements);
     text += "\n";
-    if (!mesh.chord_error && mesh.refinements > 0) text += fmt::format("sizes were lowered {} times, around elements that fell short\n", mesh.refinements);
+    if (!mesh.chord_error && mesh.refinements > 0) text += fmt::format("sizes were lowered {} times, around elements that fell short or touched\n", mesh.refinements);
+    if (mesh.contacts.count > 0) {
+        text += fmt::format("contacts: {} pairs of triangles touch or intersect that do not in the input", grouped(mesh.contacts.count));
+        for (std::size_t i = 0; i < std::min(kContactsTold, mesh.contacts.listed.size()); ++i) {
+            const Eigen::Vector3d& p = mesh.contacts.listed[i].point;
+            text += fmt::format("{} {:.6g} {:.6g} {:.6g}", i == 0 ? ", at" : ";", p.x(), p.y(), p.z());
+        }
+        text += "\n";
+    }
     for (const auto& [at, distance] : mesh.moved)
         text += fmt::format("the size {:.4g} at {:.6g} {:.6g} {:.6g} holds {:.4g} from there, at the nearest vertex of the background\n", at.size,
                             at.point.x(), at.point.y(), at.point.z(), distance);
@@ -248,8 +258,11 @@ Json json_of(const TriangulatedMesh& mesh) {
                     {"bound", d.bound},
                     {"at", attained ? Json{d.point.x(), d.point.y(), d.point.z()} : Json(nullptr)}};
     };
+    Json contacts = Json::array();
+    for (const NewContact& contact : mesh.contacts.listed) contacts.push_back({contact.point.x(), contact.point.y(), contact.point.z()});
     return {{"distance", {{"from_input", side(mesh.deviation.from_reference)}, {"from_mesh", side(mesh.deviation.from_mesh)}}},
             {"chord_error", mesh.chord_error ? Json(*mesh.chord_error) : Json(nullptr)},
+            {"new_contacts", {{"count", mesh.contacts.count}, {"first", contacts}}},
             {"chord_error_kept", mesh.chord_error ? Json(mesh.kept) : Json(nullptr)},
             {"refinements", mesh.refinements}};
 }

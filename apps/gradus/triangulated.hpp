@@ -43,6 +43,7 @@ struct TriangulatedMesh {
     std::optional<double> chord_error;   ///< asked for
     bool kept = true;                    ///< the chord error, where one was asked for
     std::vector<Eigen::Vector3d> faults, stubborn;  ///< see ChordErrorResult
+    NewContacts contacts;                ///< of the mesh with itself that the triangulation does not have
     /// Sizes prescribed at points that were moved by more than the size, to the vertex of the background where they hold, and how far.
     std::vector<std::pair<SizingRule::At, double>> moved;
 };

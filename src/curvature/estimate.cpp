@@ -23,6 +23,7 @@ constexpr int kQuadratic = 6, kCubic = 10, kQuartic = 15;    // coefficients
 constexpr int kEnoughForCubic = 15, kEnoughForQuartic = 17;  // vertices, the one in the middle among them
 constexpr int kMostVertices = 400;
 constexpr double kFarthestTurn = 0.7;  // cosine of the angle between normals, 45 degrees: polynomials do not follow what turns farther
+constexpr double kSigmas = 3, kLeastRoot = 0.1;  // of the bound on a variance that is told by few residuals
 constexpr double kLead = 0.6;          // of the errors of a cubic and a quartic: a cubic ahead by less is so by chance
 constexpr double kFall = 0.8;          // the outermost ring weighs 1 / (1 + kFall)
 constexpr double kNormalWeight = 0.5;  // of a slope against a height, once both are lengths
@@ -325,20 +326,22 @@ class Fitter {
             const HeightFit quartic = equations.fit<kQuartic>();
             const double quartic_error = error_of(quartic, moments[0], count, kQuartic);
             // It is better where the surface rather than noise keeps the vertices off the cubic.
-            return kLead * quartic_error < cubic_error ? curvature(quartic, quartic_error, rings) : curvature(cubic, cubic_error, rings);
+            if (kLead * quartic_error < cubic_error) return curvature(quartic, surely(quartic_error, count - kQuartic), rings);
+            return curvature(cubic, surely(cubic_error, count - kCubic), rings);
         }
         if (count >= kEnoughForCubic) {
             NormalEquations<kCubic> equations(moments);
             equations.eliminate<0, kCubic>();
             const HeightFit cubic = equations.fit<kCubic>();
-            return curvature(cubic, error_of(cubic, moments[0], count, kCubic), rings);
+            return curvature(cubic, surely(error_of(cubic, moments[0], count, kCubic), count - kCubic), rings);
         }
         NormalEquations<kQuadratic> equations(moments);
         const auto [slopes, weights] = add_slopes(near, equations);
         heed_turned(near.members().front(), equations);
         equations.eliminate<0, kQuadratic>();
         const HeightFit quadratic = equations.fit<kQuadratic>();
-        return curvature(quadratic, error_of(quadratic, moments[0] + weights, count + slopes, kQuadratic), rings);
+        const double equations_count = count + slopes;
+        return curvature(quadratic, surely(error_of(quadratic, moments[0] + weights, equations_count, kQuadratic), equations_count - kQuadratic), rings);
     }
 
   private:
@@ -418,6 +421,13 @@ class Fitter {
     double error_of(const HeightFit& f, double weights, double count, int coefficients) const {
         const double variance = f.residual / weights * count / std::max(1.0, count - coefficients);
         return std::max(std::sqrt(variance * f.variance_xx) / (sx_ * sx_), std::sqrt(variance * f.variance_yy) / (sy_ * sy_));
+    }
+
+    // What a standard error is at most, with few degrees of freedom: residuals may be small by chance. By the quantile of chi squared
+    // [Wilson, Hilferty 1931].
+    static double surely(double error, double degrees_of_freedom) {
+        const double n = std::max(1.0, degrees_of_freedom), spread = 2 / (9 * n), root = 1 - spread - kSigmas * std::sqrt(spread);
+        return error / std::sqrt(std::pow(std::max(root, kLeastRoot), 3));
     }
 
     WedgeCurvature curvature(const HeightFit& f, double error, int rings) const {

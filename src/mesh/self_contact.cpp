@@ -251,9 +251,9 @@ std::vector<Face> faces_of(const TriangleSoup& soup) {
 }
 
 /// Those to be listed, in order.
-void keep_first(std::vector<Pair>& pairs) {
+void keep_first(std::vector<Pair>& pairs, std::size_t most) {
     std::sort(pairs.begin(), pairs.end());
-    if (pairs.size() > Findings<Pair>::kListed) pairs.resize(Findings<Pair>::kListed);
+    if (pairs.size() > most) pairs.resize(most);
 }
 
 /// Of one face.
@@ -261,16 +261,16 @@ struct Contacts {
     std::vector<Pair> first;
     std::size_t count = 0, tests = 0;
 
-    void add(int a, int b) {
+    void add(int a, int b, std::size_t most) {
         ++count;
         first.push_back({std::min(a, b), std::max(a, b)});
-        if (first.size() >= 2 * Findings<Pair>::kListed) keep_first(first);
+        if (first.size() >= 2 * most) keep_first(first, most);
     }
 };
 
 }  // namespace
 
-SelfContacts find_self_contacts(const TriangleSoup& soup) {
+SelfContacts find_self_contacts(const TriangleSoup& soup, std::size_t most) {
     std::vector<Face> faces = faces_of(soup);
     const BoxTree tree(faces);
     const int n = static_cast<int>(faces.size());
@@ -289,7 +289,7 @@ SelfContacts find_self_contacts(const TriangleSoup& soup) {
                 mine = {};
                 tree.for_each_later(i, [&](int k) {
                     ++mine.tests;
-                    if (in_contact(faces[i], faces[k])) mine.add(faces[i].index, faces[k].index);
+                    if (in_contact(faces[i], faces[k])) mine.add(faces[i].index, faces[k].index, most);
                 });
             }
         });
@@ -298,7 +298,7 @@ SelfContacts find_self_contacts(const TriangleSoup& soup) {
             result.pairs.count += found[i - begin].count;
             first.insert(first.end(), found[i - begin].first.begin(), found[i - begin].first.end());
         }
-        keep_first(first);
+        keep_first(first, most);
         if (tests > most_tests && end < n) {
             result.complete = false;
             break;

@@ -115,7 +115,7 @@ class ChordErrorCheck : public MeshChecks {
     // @param control  freed once it is not needed any more
     ChordErrorCheck(const Triangulation& surface, double chord_error, const ChordErrorOptions& options, ChordErrorResult& made,
                     std::unique_ptr<const ControlSpace>& control)
-        : surface_(surface), chord_error_(chord_error), options_(options), made_(made), control_(control), lowered_at_(kPlace * chord_error) {}
+        : surface_(surface), chord_error_(chord_error), options_(options), made_(made), control_(control), contacts_(surface.soup()), lowered_at_(kPlace * chord_error) {}
 
     bool has_limit() const override { return std::isfinite(chord_error_); }
 
@@ -163,6 +163,13 @@ class ChordErrorCheck : public MeshChecks {
         progress_ = {};
         second_chances_ = kSecondChances;
         return go_on_with(mesh, std::move(sizes));
+    }
+
+    std::vector<Vector3d> contacts_of(const SurfaceMesh& mesh) override {
+        made_.contacts = contacts_.of(view_of(mesh));
+        std::vector<Vector3d> places;
+        for (const NewContact& contact : made_.contacts.listed) places.push_back(contact.point);
+        return places;
     }
 
     void take_back() override {
@@ -292,6 +299,7 @@ class ChordErrorCheck : public MeshChecks {
     ChordErrorResult& made_;
     std::unique_ptr<const ControlSpace>& control_;
     std::optional<DeviationProof> proof_;
+    ContactFinder contacts_;
     ProvedDeviation proved_;  // of the last mesh
     Progress progress_;
     RoundsAtPlaces lowered_at_;

@@ -32,6 +32,8 @@ constexpr int kMostAttempts = 4;     // to lower sizes, and to polish
 constexpr double kWider = 3;         // each time
 constexpr int kMostRetries = 6, kMostFailures = 4;  // of places where elements are bad
 constexpr double kSmaller = 0.8;     // factor of the sizes there, each time one led to nothing better
+constexpr int kMostPartings = 8;     // of sheets that are in contact
+constexpr double kApart = 0.7;       // factor of the sizes there, each time
 constexpr std::size_t kMostBadPlaces = 100;
 constexpr double kAroundBad = 8;     // sizes: how far from there it is polished again
 // Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than they are worth.
@@ -620,6 +622,7 @@ class Remesher {
             if (!faults_.empty()) try_again();
         }
         if (checks_ && !options_.fast && faults_.empty()) try_again();
+        if (checks_) part_contacts();
         return std::move(result_);
     }
 
@@ -766,6 +769,27 @@ class Remesher {
         clock_.done("check");
     }
 
+    // What is gone back to where a change led to nothing better.
+    struct State {
+        Connectivity connectivity;
+        std::vector<Vertex> vertices;
+        SurfaceMesh mesh;
+        RemeshStatistics statistics;
+        std::vector<MeshFault> faults;
+    };
+    State state() const { return {editor_->mesh(), editor_->vertices(), result_.mesh, result_.statistics, faults_}; }
+
+    void restore(State state) {
+        checks_->take_back();
+        state.statistics.seconds = std::move(result_.statistics.seconds);
+        result_.statistics = std::move(state.statistics);
+        result_.mesh = std::move(state.mesh);
+        faults_ = std::move(state.faults);
+        start_from(state.connectivity, state.vertices, result_.mesh.sizes);
+        checks_->faults_of(result_.mesh);
+        clock_.done("check");
+    }
+
     // Makes the mesh anew, with smaller sizes, around its faults or, where it has none, around elements that fall short though nothing
     // forces them to.
     void try_again() {
@@ -776,10 +800,7 @@ class Remesher {
             if (before.points.empty()) return;
             const auto sizes = checks_->sizes_below(result_.mesh, before.points, factor);
             if (!sizes) return;
-            const Connectivity connectivity = editor_->mesh();
-            const std::vector<Vertex> vertices = editor_->vertices();
-            const SurfaceMesh mesh = result_.mesh;
-            RemeshStatistics statistics = result_.statistics;
+            const State earlier = state();
             try {
                 // What is broken on the way to a mesh without faults may be mended later.
                 refine(*sizes, !faults.empty());
@@ -790,16 +811,36 @@ class Remesher {
             } catch (const std::length_error&) {
                 // More triangles than there may be: then the mesh stays what it was.
             }
-            checks_->take_back();
-            result_.mesh = mesh;
-            statistics.seconds = std::move(result_.statistics.seconds);
-            result_.statistics = std::move(statistics);
-            faults_ = faults;
-            start_from(connectivity, vertices, mesh.sizes);
-            checks_->faults_of(result_.mesh);
-            clock_.done("check");
+            restore(earlier);
             ++failures;
             factor *= kSmaller;
+        }
+    }
+
+    // Smaller elements keep sheets apart that larger ones cut into each other.
+    void part_contacts() {
+        std::vector<Vector3d> contacts = checks_->contacts_of(result_.mesh);
+        for (int attempt = 1; attempt <= kMostPartings && !contacts.empty(); ++attempt) {
+            clock_.done("check");
+            const auto sizes = checks_->sizes_below(result_.mesh, contacts, kApart);
+            if (!sizes) return;
+            const State before = state();
+            bool better = false;
+            try {
+                refine(*sizes, true);
+                take_mesh();
+                if (has_limit()) refine_while_at_fault();
+                if (!options_.fast) polish_last(contacts);
+                const std::vector<Vector3d> left = checks_->contacts_of(result_.mesh);
+                better = left.size() <= contacts.size() && is_as_good(faults_, before.faults);
+                if (better) contacts = left;
+            } catch (const std::length_error&) {
+                // More triangles than there may be.
+            }
+            if (better) continue;
+            restore(before);
+            checks_->contacts_of(result_.mesh);
+            return;
         }
     }
 

@@ -18,6 +18,7 @@ struct SelfContacts {
 /// Decided exactly for the coordinates as they are (lengths below 1e-90 of the largest coordinate aside). Vertices at the same place are
 /// the same. Triangles that are faulty, or exactly on a line, are passed over, see Diagnosis. O(n log n) where boxes of few triangles meet;
 /// the same for any number of threads.
-SelfContacts find_self_contacts(const TriangleSoup& soup);
+/// @param most  pairs that are listed
+SelfContacts find_self_contacts(const TriangleSoup& soup, std::size_t most = Findings<SelfContacts::Pair>::kListed);
 
 }  // namespace gradus

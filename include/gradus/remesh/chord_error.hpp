@@ -9,6 +9,7 @@
 #include "gradus/control/triangulation.hpp"
 #include "gradus/gradation/grade.hpp"
 #include "gradus/quality/deviation.hpp"
+#include "gradus/quality/new_contacts.hpp"
 #include "gradus/remesh/triangulated.hpp"
 
 namespace gradus {
@@ -44,6 +45,7 @@ struct ChordErrorResult {
     /// Places of the triangulation where it is not kept, and where sizes had to be lowered several times on the way. As features folds there
     /// may help (see FeatureOptions::places).
     std::vector<Eigen::Vector3d> faults, stubborn;
+    NewContacts contacts; ///< of the mesh, where sizes could not be lowered far enough
     int lowerings = 0;    ///< how often sizes were lowered
     /// The map that the mesh was made by, graded; sizes beside frozen edges were raised from there. Only where it is graded.
     std::optional<LoweredMap> map;
@@ -51,6 +53,7 @@ struct ChordErrorResult {
 
 /// Meshes with the sizes of a map, proves the deviation, lowers sizes where it is above the chord error, and so on until it is nowhere.
 /// It gives up, with `kept` false, where sizes are at hmin, beside frozen edges, or where lower ones broke the mesh or were of no use.
+/// Where the mesh touches or passes through itself and the surface does not, sizes are lowered too.
 /// In the end, at faults that are left, or where elements fall short (see OffenderLimits) without a cause, it lowers sizes and meshes again,
 /// and takes what is better.
 /// The smooth surface that is meshed is kept close to the triangulation. Distances are measured on all threads there are; the result is

@@ -107,6 +107,8 @@ class MeshChecks {
     virtual std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Eigen::Vector3d> in_vain) = 0;
     /// Sizes at the vertices of a first draft that is good, those that it has or what they are to be: the map of the meshes to come.
     virtual std::vector<double> sizes_of_draft(const SurfaceMesh& mesh) { return mesh.sizes; }
+    /// Places where a mesh touches or passes through itself, and the triangulation does not. Called for the last mesh last.
+    virtual std::vector<Eigen::Vector3d> contacts_of(const SurfaceMesh&) { return {}; }
     /// Sizes to go on with that are smaller by a factor around some places, or nothing where they cannot be.
     virtual std::optional<std::vector<double>> sizes_below(const SurfaceMesh&, std::span<const Eigen::Vector3d>, double /*factor*/) { return std::nullopt; }
     /// These, and what was asked for after them, led to no better mesh and are given up.
