@@ -7,6 +7,7 @@
 #include <set>
 
 #include "files.hpp"
+#include "gradus/control/crowded_creases.hpp"
 #include "gradus/gradation/hold.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/required_file.hpp"
@@ -19,6 +20,8 @@ namespace gradus::app {
 namespace {
 
 constexpr double kLargestNoise = 0.001;  // of the diagonal: creases that stand out by more are meant, however large a chord error is asked for
+constexpr int kMostRounds = 4;      // of taking away creases that leave no room
+constexpr double kLargestSag = 3;   // chord errors, of a round over its facets: more asks for elements a third as large as these
 constexpr double kFinest = 0.1;     // of the default hmin, down to which sizes go to keep a chord error
 constexpr double kNearFaults = 3;   // chord errors
 constexpr std::size_t kContactsTold = 3;
@@ -94,7 +97,7 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
     if (choice.feature_angle) {
         if (std::isnan(*choice.feature_angle)) throw UsageError("--feature-angle nan: not a number");
         options.features.angle = options.features.sharp_angle = *choice.feature_angle * std::numbers::pi / 180;
-        options.features.weak_angle = std::min(options.features.weak_angle, 0.6 * options.features.angle);
+        options.features.all_from_angle = true;
     }
     options.label_borders = !choice.no_label_borders;
     Eigen::AlignedBox3d box;
@@ -102,14 +105,22 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
     const double diagonal = box.diagonal().norm();
     options.features.scale = std::min(sizing.chord_error.value_or(diagonal), kLargestNoise * diagonal);
     if (sizing.chord_error) {
+        options.features.largest_sag = kLargestSag * *sizing.chord_error;
         options.features.places.assign(places.begin(), places.end());
         options.features.reach = kNearFaults * *sizing.chord_error;
         // Curvatures that ask for elements larger than any allowed need no precision.
         const double hmax = sizing.hmax.value_or(limits_for(diagonal).hmax);
         options.least_curvature = 8 * *sizing.chord_error / (hmax * hmax);
     }
+    SizingRule rule = rule_of(sizing, limits_for(diagonal));
+    if (sizing.chord_error) rule = rule_within(*sizing.chord_error, rule);
     try {
-        return std::make_unique<Triangulation>(std::move(soup), options);
+        for (int round = 1;; ++round) {
+            auto surface = std::make_unique<Triangulation>(soup, options);
+            const std::vector<std::array<int, 2>> crowded = crowded_creases(*surface, rule);
+            if (crowded.empty() || round == kMostRounds) return surface;
+            append(options.features.no_creases, crowded);
+        }
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());
     }

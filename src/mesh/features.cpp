@@ -46,6 +46,8 @@ class Finder {
         mark_certain(known);
         find_normals();
         if (regions_) mark_creases();
+        for (const auto& [a, b] : options_.no_creases)
+            if (const int h = mesh_.find_edge(a, b); h >= 0 && kind_[edge_of(mesh_, h)] <= Kind::Crease) kind_[edge_of(mesh_, h)] = Kind::None;
         continue_creases();
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
             if (kind_[h] >= Kind::Crease) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
@@ -121,6 +123,10 @@ class Finder {
                 kind_[h] = Kind::Certain;
                 continue;
             }
+            if (options_.all_from_angle && turn >= options_.angle) {
+                kind_[h] = Kind::Certain;
+                continue;
+            }
             const bool of_strips = regions_->num_facets(regions_->of(h / 3)) > 1 && regions_->num_facets(regions_->of(g / 3)) > 1;
             if (turn < options_.weak_angle && !of_strips) continue;
             kind_[h] = kind_of(h, turn, of_strips);
@@ -130,12 +136,19 @@ class Finder {
     // @param of_strips  whether the facets of both sides are parts of larger planes
     Kind kind_of(int h, double turn, bool of_strips) const {
         const BendSide one = regions_->side_of(h), other = regions_->side_of(mesh_.twin(h));
-        const double unexplained = unexplained_turn(turn, one, other);
-        if (of_strips && unexplained > kRidge * turn && rises(std::min(one.width, other.width), turn)) return Kind::Ridge;
+        const double unexplained = unexplained_turn(turn, one, other), width = std::min(one.width, other.width);
+        if (of_strips && ((unexplained > kRidge * turn && rises(width, turn)) || sags(width, turn, one, other))) return Kind::Ridge;
         if (turn < options_.weak_angle) return Kind::None;
         if (turn < options_.sharp_angle && unexplained <= turn / 2) return Kind::None;
         if (options_.scale > 0 && relief(h) < kRelief * options_.scale) return Kind::None;
         return turn >= options_.angle ? Kind::Crease : Kind::Weak;
+    }
+
+    // Whether a round through a bend between facets, or chords, as wide as that rises too far over them. Where it begins it turns half as much.
+    bool sags(double width, double turn, const BendSide& one, const BendSide& other) const {
+        for (const BendSide& side : {one, other})
+            if (side.next_turn < options_.sharp_angle) turn = std::max(turn, side.next_turn);
+        return width * turn / 8 > options_.largest_sag;
     }
 
     // Whether a ridge stands out from the line between points as far from it on both sides.
@@ -502,7 +515,8 @@ class Finder {
             side.next_width = (points_[further] - points_[end]).norm();
             return side;
         };
-        return unexplained_turn(turn, side_to(a), side_to(b)) > (turn < options_.sharp_angle ? kRidge * turn : 0);
+        const BendSide one = side_to(a), other = side_to(b);
+        return sags(std::min(one.width, other.width), turn, one, other) || unexplained_turn(turn, one, other) > (turn < options_.sharp_angle ? kRidge * turn : 0);
     }
 
     // Whether there are planes of several facets on both sides of an edge, or on the only one.
@@ -557,10 +571,11 @@ class Finder {
     }
 
     FeatureChain trace(int h, int from, int to, const std::vector<char>& corner, int number) {
-        FeatureChain chain{{from}, false};
+        FeatureChain chain{{from}, false, false};
         int edge = h, at = to;
         while (true) {
             mesh_.set_tag(edge, number);
+            chain.certain = chain.certain || kind_[edge_of(mesh_, edge)] >= Kind::Ridge;
             if (at == from && !corner[at]) {
                 chain.closed = true;
                 return chain;

@@ -5,6 +5,7 @@
 #include "gradus/mesh/flats.hpp"
 
 #include <Eigen/Core>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,8 @@ namespace gradus {
 
 struct FeatureOptions {
     double angle = 0.698;       ///< dihedral angle (between normals) from which an edge is a crease, radians in (0, pi]: 40 degrees
+    /// All edges from `angle` on are features, whatever is beside them: who asks for an angle means it.
+    bool all_from_angle = false;
     /// Below this an edge is none where the surface turns on as fast on both sides of it, as a coarse mesh of a round does: 55 degrees, so
     /// that six sides make a prism and seven a cylinder.
     double sharp_angle = 0.96;
@@ -24,6 +27,11 @@ struct FeatureOptions {
     /// rise more than this length over the line between their neighbours are corners. Of two creases less than about a seventh of it apart,
     /// with facets between that are three times as long as they are wide, one counts. 0: all creases count, and no jags.
     double scale = 0;
+    /// Turns between strips of planes, or of their outlines, are ridges, or corners, where a round through them would rise more than this over
+    /// its facets: to follow it would take elements far smaller than these. Unit of length.
+    double largest_sag = std::numeric_limits<double>::infinity();
+    /// Edges, by their ends, that are no creases by their angles alone.
+    std::vector<std::array<int, 2>> no_creases = {};
     double corner_angle = 0.785;  ///< turn of a feature curve from which its vertex is a corner, radians: 45 degrees
     /// Within reach of these places edges that turn by more than 60 degrees are creases, however rough the surface is.
     std::vector<Eigen::Vector3d> places = {};
@@ -34,6 +42,7 @@ struct FeatureOptions {
 struct FeatureChain {
     std::vector<int> vertices;  ///< in order; those of a closed chain once each
     bool closed = false;
+    bool certain = true;        ///< false: all that speaks for it are angles between facets; it is not given, no border, and no planes meet there
 
     int num_edges() const { return static_cast<int>(vertices.size()) - (closed ? 0 : 1); }
     int vertex(int i) const { return vertices[i % vertices.size()]; }
