@@ -96,7 +96,8 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
     TriangulationOptions options;
     if (choice.feature_angle) {
         if (std::isnan(*choice.feature_angle)) throw UsageError("--feature-angle nan: not a number");
-        options.features.angle = options.features.sharp_angle = *choice.feature_angle * std::numbers::pi / 180;
+        FeatureOptions& features = options.features;
+        features.angle = features.sharp_angle = features.weak_angle = features.ridge_angle = *choice.feature_angle * std::numbers::pi / 180;
         options.features.all_from_angle = true;
     }
     options.label_borders = !choice.no_label_borders;

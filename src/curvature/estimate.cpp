@@ -23,6 +23,7 @@ constexpr int kQuadratic = 6, kCubic = 10, kQuartic = 15;    // coefficients
 constexpr int kEnoughForCubic = 15, kEnoughForQuartic = 17;  // vertices, the one in the middle among them
 constexpr int kMostVertices = 400;
 constexpr double kFarthestTurn = 0.7;  // cosine of the angle between normals, 45 degrees: polynomials do not follow what turns farther
+constexpr double kSameNoise = 10;       // of the variance of residuals: with more rings it grows only where the surface is no polynomial
 constexpr double kSigmas = 3, kLeastRoot = 0.1;  // of the bound on a variance that is told by few residuals
 constexpr double kLead = 0.6;          // of the errors of a cubic and a quartic: a cubic ahead by less is so by chance
 constexpr double kFall = 0.8;          // the outermost ring weighs 1 / (1 + kFall)
@@ -289,6 +290,25 @@ class NormalEquations {
     std::array<double, n> inverse_;  // of the pivots
 };
 
+// What the residuals of a fit tell of its error.
+struct Residuals {
+    double variance = 0;  // of a height of weight 1
+    double degrees = 0;   // of freedom
+    double error = 0;     // standard error of the second derivatives where that variance is 1
+
+    double standard_error() const { return std::sqrt(variance) * error; }
+    // What it is at most: with few degrees of freedom residuals may be small by chance. By the quantile of chi squared [Wilson, Hilferty 1931].
+    double largest_error() const {
+        const double spread = 2 / (9 * std::max(1.0, degrees)), root = 1 - spread - kSigmas * std::sqrt(spread);
+        return standard_error() / std::sqrt(std::pow(std::max(root, kLeastRoot), 3));
+    }
+};
+
+struct Fit {
+    WedgeCurvature curvature;  // without its error
+    Residuals residuals;
+};
+
 class Fitter {
   public:
     explicit Fitter(const Graph& graph) : graph_(graph) {}
@@ -300,7 +320,7 @@ class Fitter {
         first_rings_ = near.rings();
     }
     // @pre begun with this neighbourhood
-    std::optional<WedgeCurvature> fit(const Neighbourhood& near) {
+    std::optional<Fit> fit(const Neighbourhood& near) {
         const int rings = near.rings();
         const double count = static_cast<double>(near.members().size());
         if (w_.isZero() || count < 3) return std::nullopt;
@@ -321,27 +341,26 @@ class Fitter {
             NormalEquations<kQuartic> equations(moments);
             equations.eliminate<0, kCubic>();
             const HeightFit cubic = equations.fit<kCubic>();
-            const double cubic_error = error_of(cubic, moments[0], count, kCubic);
+            const Residuals of_cubic = residuals(cubic, moments[0], count, kCubic);
             equations.eliminate<kCubic, kQuartic>();
             const HeightFit quartic = equations.fit<kQuartic>();
-            const double quartic_error = error_of(quartic, moments[0], count, kQuartic);
+            const Residuals of_quartic = residuals(quartic, moments[0], count, kQuartic);
             // It is better where the surface rather than noise keeps the vertices off the cubic.
-            if (kLead * quartic_error < cubic_error) return curvature(quartic, surely(quartic_error, count - kQuartic), rings);
-            return curvature(cubic, surely(cubic_error, count - kCubic), rings);
+            if (kLead * of_quartic.standard_error() < of_cubic.standard_error()) return Fit{curvature(quartic, rings), of_quartic};
+            return Fit{curvature(cubic, rings), of_cubic};
         }
         if (count >= kEnoughForCubic) {
             NormalEquations<kCubic> equations(moments);
             equations.eliminate<0, kCubic>();
             const HeightFit cubic = equations.fit<kCubic>();
-            return curvature(cubic, surely(error_of(cubic, moments[0], count, kCubic), count - kCubic), rings);
+            return Fit{curvature(cubic, rings), residuals(cubic, moments[0], count, kCubic)};
         }
         NormalEquations<kQuadratic> equations(moments);
         const auto [slopes, weights] = add_slopes(near, equations);
         heed_turned(near.members().front(), equations);
         equations.eliminate<0, kQuadratic>();
         const HeightFit quadratic = equations.fit<kQuadratic>();
-        const double equations_count = count + slopes;
-        return curvature(quadratic, surely(error_of(quadratic, moments[0] + weights, equations_count, kQuadratic), equations_count - kQuadratic), rings);
+        return Fit{curvature(quadratic, rings), residuals(quadratic, moments[0] + weights, count + slopes, kQuadratic)};
     }
 
   private:
@@ -417,27 +436,20 @@ class Fitter {
         }
     }
 
-    // Standard error of the second derivatives: across, where the vertices are closest together, it bounds that of the others.
-    double error_of(const HeightFit& f, double weights, double count, int coefficients) const {
-        const double variance = f.residual / weights * count / std::max(1.0, count - coefficients);
-        return std::max(std::sqrt(variance * f.variance_xx) / (sx_ * sx_), std::sqrt(variance * f.variance_yy) / (sy_ * sy_));
+    // Across, where the vertices are closest together, the error of second derivatives bounds that of the others.
+    Residuals residuals(const HeightFit& f, double weights, double count, int coefficients) const {
+        const double degrees = std::max(1.0, count - coefficients);
+        return {f.residual / weights * count / degrees, degrees, std::max(std::sqrt(f.variance_xx) / (sx_ * sx_), std::sqrt(f.variance_yy) / (sy_ * sy_))};
     }
 
-    // What a standard error is at most, with few degrees of freedom: residuals may be small by chance. By the quantile of chi squared
-    // [Wilson, Hilferty 1931].
-    static double surely(double error, double degrees_of_freedom) {
-        const double n = std::max(1.0, degrees_of_freedom), spread = 2 / (9 * n), root = 1 - spread - kSigmas * std::sqrt(spread);
-        return error / std::sqrt(std::pow(std::max(root, kLeastRoot), 3));
-    }
-
-    WedgeCurvature curvature(const HeightFit& f, double error, int rings) const {
+    WedgeCurvature curvature(const HeightFit& f, int rings) const {
         const double fx = f.fx / sx_, fy = f.fy / sy_, fxx = f.fxx / (sx_ * sx_), fxy = f.fxy / (sx_ * sy_), fyy = f.fyy / (sy_ * sy_);
         const double E = 1 + fx * fx, F = fx * fy, G = 1 + fy * fy, length = std::sqrt(1 + fx * fx + fy * fy);
         const double L = fxx / length, M = fxy / length, N = fyy / length;
         const double det = E * G - F * F, H = (E * N - 2 * F * M + G * L) / (2 * det), K = (L * N - M * M) / det;
         const double root = std::sqrt(std::max(0.0, H * H - K));
         // Heights along the outer normal fall where the surface bends to the inside.
-        return {-(H + (H < 0 ? -root : root)), -(H - (H < 0 ? -root : root)), (w_ - fx * u_ - fy * v_) / length, error, rings};
+        return {-(H + (H < 0 ? -root : root)), -(H - (H < 0 ? -root : root)), (w_ - fx * u_ - fy * v_) / length, 0, rings};
     }
 
     const Graph& graph_;
@@ -469,40 +481,100 @@ Vector3d among_facets(std::span<const Vector3d> points, const Connectivity& mesh
 
 }  // namespace
 
-std::vector<WedgeCurvature> estimate_curvature(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges,
-                                               std::span<const Vector3d> normals, const EstimateOptions& options) {
-    std::vector<WedgeCurvature> result(wedges.size());
+namespace {
+
+// Fits to the wedges of a graph.
+class Estimator {
+  public:
+    Estimator(const Graph& graph, const EstimateOptions& options)
+        : graph_(graph), options_(options), tools_([&] { return Tools{Neighbourhood(graph), Fitter(graph)}; }) {}
+
+    // With as few rings as a fit takes. @pre the wedge has triangles
+    std::optional<Fit> first_fit(int i) {
+        auto& [near, fitter] = tools_.local();
+        begin(near, fitter, i);
+        return fitter.fit(near);
+    }
+
+    // With more rings than the first fit, while they promise a smaller error and what is left is noise as it was before.
+    WedgeCurvature best_of(int i, const Fit& first, double noise) {
+        WedgeCurvature best = first.curvature;
+        if (is_precise(best)) return best;
+        auto& [near, fitter] = tools_.local();
+        begin(near, fitter, i);
+        fitter.fit(near);
+        // No polynomial follows what turns far, with more rings less so.
+        while (!near.turns() && !is_precise(best) && near.rings() < options_.most_rings && near.add_ring()) {
+            std::optional<Fit> fit = fitter.fit(near);
+            if (!fit) break;
+            fit->curvature.error = fit->residuals.largest_error();
+            if (fit->curvature.error >= best.error || fit->residuals.variance > kSameNoise * noise) break;
+            best = fit->curvature;
+        }
+        return best;
+    }
+
+  private:
     struct Tools {
         Neighbourhood near;
         Fitter fitter;
     };
+
+    bool is_precise(const WedgeCurvature& c) const { return c.error <= options_.precision * std::max(std::abs(c.k1), options_.least_curvature); }
+
+    // Beside a feature, or what turns far, few vertices near by, with their normals, tell more than many far away, all on one side.
+    void begin(Neighbourhood& near, Fitter& fitter, int i) const {
+        near.begin(i);
+        while (near.rings() < options_.most_rings && near.add_ring())
+            if (near.rings() >= options_.rings && (graph_.open[i] || near.turns() || near.members().size() >= kEnoughForCubic)) break;
+        fitter.begin(near);
+    }
+
+    const Graph& graph_;
+    const EstimateOptions& options_;
+    tbb::enumerable_thread_specific<Tools> tools_;
+};
+
+// Those of a wedge with the noise pooled over its neighbours, as far as these have fits of the same kind: what stands alone may be small by chance.
+Residuals pooled(const Graph& graph, std::span<const Residuals> residuals, int i) {
+    Residuals sum = residuals[i];
+    double squares = sum.variance * sum.degrees;
+    for (const int k : graph.neighbours_of(i)) {
+        if (graph.open[k] != graph.open[i]) continue;
+        squares += residuals[k].variance * residuals[k].degrees;
+        sum.degrees += residuals[k].degrees;
+    }
+    sum.variance = std::max(sum.variance, squares / std::max(1.0, sum.degrees));
+    return sum;
+}
+
+}  // namespace
+
+std::vector<WedgeCurvature> estimate_curvature(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges,
+                                               std::span<const Vector3d> normals, const EstimateOptions& options) {
+    std::vector<WedgeCurvature> result(wedges.size());
     const Graph graph(points, mesh, wedges, normals);
-    tbb::enumerable_thread_specific<Tools> tools([&] { return Tools{Neighbourhood(graph), Fitter(graph)}; });
-    tbb::parallel_for(tbb::blocked_range<int>(0, graph.size(), 256), [&](const tbb::blocked_range<int>& range) {
-        auto& [near, fitter] = tools.local();
-        for (int i = range.begin(); i < range.end(); ++i) {
-            const int wedge = graph.wedge[i];
-            if (wedges.first[wedge] == Connectivity::kNone) continue;
-            near.begin(i);
-            result[wedge].normal = normals[wedge];
-            bool fitted = false;
-            while (near.rings() < options.most_rings && near.add_ring()) {
-                // Beside a feature, or what turns far, few vertices near by, with their normals, tell more than many far away, all on one side.
-                if (near.rings() < options.rings || (!graph.open[i] && !near.turns() && near.members().size() < kEnoughForCubic)) continue;
-                // More rings are better only while they promise a smaller error.
-                if (!fitted) fitter.begin(near);
-                const std::optional<WedgeCurvature> fit = fitter.fit(near);
-                if (!fit || (fitted && fit->error >= result[wedge].error)) break;
-                result[wedge] = *fit;
-                fitted = true;
-                if (near.turns() || fit->error <= options.precision * std::max(std::abs(fit->k1), options.least_curvature)) break;
-            }
-            if (!fitted) {
-                fitter.begin(near);
-                if (const auto fit = fitter.fit(near)) result[wedge] = *fit;
-            }
-            result[wedge].normal = among_facets(points, mesh, wedges, wedge, normals[wedge], result[wedge].normal);
+    Estimator estimator(graph, options);
+    const auto for_each = [&](const auto& use) {
+        tbb::parallel_for(tbb::blocked_range<int>(0, graph.size(), 256), [&](const tbb::blocked_range<int>& range) {
+            for (int i = range.begin(); i < range.end(); ++i)
+                if (wedges.first[graph.wedge[i]] != Connectivity::kNone) use(i, graph.wedge[i]);
+        });
+    };
+    std::vector<std::optional<Fit>> first(graph.size());
+    std::vector<Residuals> residuals(graph.size());
+    for_each([&](int i, int) {
+        first[i] = estimator.first_fit(i);
+        if (first[i]) residuals[i] = first[i]->residuals;
+    });
+    for_each([&](int i, int wedge) {
+        result[wedge].normal = normals[wedge];
+        if (first[i]) {
+            const Residuals all = pooled(graph, residuals, i);
+            first[i]->curvature.error = all.largest_error();
+            result[wedge] = estimator.best_of(i, *first[i], all.variance);
         }
+        result[wedge].normal = among_facets(points, mesh, wedges, wedge, normals[wedge], result[wedge].normal);
     });
     return result;
 }

@@ -19,7 +19,6 @@ constexpr double kRelief = 0.15;         // of the scale
 constexpr double kJag = 1;               // height of a jag over the scale, from which it is a corner nevertheless
 constexpr double kSliver = 1.0 / 3;      // width of a facet between two creases over its length, at most
 constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
-constexpr double kLeastRidge = 0.035;    // turn of a ridge, radians: 2 degrees
 constexpr double kRidge = 2.0 / 3;       // of its turn, that the facets beside a ridge do not explain
 constexpr double kTip = 1.2;             // angle defect of the point of a cone, radians: it opens by less than 108 degrees
 constexpr double kTipRelief = 1;         // height over the scale
@@ -80,6 +79,7 @@ class Finder {
     // Of an edge, at its first half. A ridge is where planes meet that are no facets of a round: that is evidence enough.
     enum class Kind : char { None, Weak, Crease, Ridge, Certain };
 
+    bool is_found(int edge) const { return kind_[edge] == Kind::Crease || kind_[edge] == Kind::Ridge; }
     bool is_feature(int h) const { return kind_[edge_of(mesh_, h)] >= Kind::Crease; }
     Eigen::Vector3d along(int from, int to) const { return (points_[to] - points_[from]).stableNormalized(); }
 
@@ -112,7 +112,7 @@ class Finder {
 
     void mark_creases() {
         // Most edges are far from being creases; near the limit the angle itself decides.
-        const double nearly_flat = std::cos(kLeastRidge) + kRounding;
+        const double nearly_flat = std::cos(std::min({options_.ridge_angle, options_.weak_angle, kFold})) + kRounding;
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
             const int g = mesh_.twin(h);
             if (g < h || kind_[h] == Kind::Certain) continue;
@@ -128,7 +128,7 @@ class Finder {
                 continue;
             }
             const bool of_strips = regions_->num_facets(regions_->of(h / 3)) > 1 && regions_->num_facets(regions_->of(g / 3)) > 1;
-            if (turn < options_.weak_angle && !of_strips) continue;
+            if (turn < options_.weak_angle && !(of_strips && turn >= options_.ridge_angle)) continue;
             kind_[h] = kind_of(h, turn, of_strips);
         }
     }
@@ -137,7 +137,7 @@ class Finder {
     Kind kind_of(int h, double turn, bool of_strips) const {
         const BendSide one = regions_->side_of(h), other = regions_->side_of(mesh_.twin(h));
         const double unexplained = unexplained_turn(turn, one, other), width = std::min(one.width, other.width);
-        if (of_strips && ((unexplained > kRidge * turn && rises(width, turn)) || sags(width, turn, one, other))) return Kind::Ridge;
+        if (of_strips && turn >= options_.ridge_angle && ((unexplained > kRidge * turn && rises(width, turn)) || sags(width, turn, one, other))) return Kind::Ridge;
         if (turn < options_.weak_angle) return Kind::None;
         if (turn < options_.sharp_angle && unexplained <= turn / 2) return Kind::None;
         if (options_.scale > 0 && relief(h) < kRelief * options_.scale) return Kind::None;
@@ -147,7 +147,7 @@ class Finder {
     // Whether a round through a bend between facets, or chords, as wide as that rises too far over them. Where it begins it turns half as much.
     bool sags(double width, double turn, const BendSide& one, const BendSide& other) const {
         for (const BendSide& side : {one, other})
-            if (side.next_turn < options_.sharp_angle) turn = std::max(turn, side.next_turn);
+            if (side.is_strip && side.next_turn < options_.sharp_angle) turn = std::max(turn, side.next_turn);
         return width * turn / 8 > options_.largest_sag;
     }
 
@@ -358,7 +358,7 @@ class Finder {
 
     // A half-edge of a crease beside which another feature is close, less than what creases rise at least: at the apex of its triangle.
     std::optional<int> doubled_side(int edge, const std::vector<char>& stays) const {
-        if ((kind_[edge] != Kind::Crease && kind_[edge] != Kind::Ridge) || (stays[mesh_.origin(edge)] && stays[mesh_.target(edge)])) return std::nullopt;
+        if (!is_found(edge) || (stays[mesh_.origin(edge)] && stays[mesh_.target(edge)])) return std::nullopt;
         for (const int h : {edge, mesh_.twin(edge)}) {
             const int next = Connectivity::next(h), prev = Connectivity::prev(h);
             // What goes on to the apex, and not beyond to others, is the same curve, unless it turns on the way.
@@ -464,7 +464,7 @@ class Finder {
                         const int edge = edge_of(mesh_, step);
                         if (!is_feature(edge)) mark_crease(edge);
                         // The last that is left of what went.
-                        else if (kind_[edge] == Kind::Crease && along(mesh_.apex(side), end).dot(along(end, other)) > kContinues) drop(edge);
+                        else if (is_found(edge) && along(mesh_.apex(side), end).dot(along(end, other)) > kContinues) drop(edge);
                     });
                 }
             }
@@ -504,7 +504,7 @@ class Finder {
         if (!regions_ || !is_between_planes(a, v) || !is_between_planes(v, b)) return false;
         const Eigen::Vector3d before = along(a, v), after = along(v, b), axis = before.cross(after).stableNormalized();
         const double turn = std::atan2(before.cross(after).norm(), before.dot(after));
-        if (turn < kLeastRidge) return false;
+        if (turn < options_.ridge_angle) return false;
         const auto side_to = [&](int end) {
             BendSide side{(points_[end] - points_[v]).norm(), 0, std::numeric_limits<double>::infinity()};
             if (degree_[end] != 2) return side;
@@ -516,14 +516,16 @@ class Finder {
             return side;
         };
         const BendSide one = side_to(a), other = side_to(b);
-        return sags(std::min(one.width, other.width), turn, one, other) || unexplained_turn(turn, one, other) > (turn < options_.sharp_angle ? kRidge * turn : 0);
+        const double width = std::min(one.width, other.width);
+        if (sags(width, turn, one, other)) return true;
+        return rises(width, turn) && unexplained_turn(turn, one, other) > (turn < options_.sharp_angle ? kRidge * turn : 0);
     }
 
-    // Whether there are planes of several facets on both sides of an edge, or on the only one.
+    // Whether an edge surely is a feature, with planes of several facets on both sides, or on the only one.
     bool is_between_planes(int a, int b) const {
         const int h = mesh_.find_edge(a, b), g = mesh_.twin(h);
         const auto is_plane = [&](int side) { return side < 0 || regions_->num_facets(regions_->of(side / 3)) > 1; };
-        return is_plane(h) && is_plane(g);
+        return kind_[edge_of(mesh_, h)] >= Kind::Ridge && is_plane(h) && is_plane(g);
     }
 
     bool is_high_jag(int v) const {

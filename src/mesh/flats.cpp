@@ -24,13 +24,14 @@ Vector3d area_vector(std::span<const Vector3d> points, const Triangle& t) {
 }
 
 // What a side explains of a bend, as a facet of a round.
-double explained_by(const BendSide& side, double other_width) {
+double explained_by(double turn, const BendSide& side, double other_width) {
+    const double next_turn = side.is_strip ? side.next_turn : std::min(side.next_turn, turn);
     if (side.width > kAlikeWidths * other_width || side.width > kAlikeWidths * side.next_width) return 0;
-    if (side.next_turn <= 0 || side.next_turn > kSharpestRound) return 0;
+    if (next_turn <= 0 || next_turn > kSharpestRound) return 0;
     // Behind the last facet of a round the turn is all its own; but a single facet between two flat faces is no round.
     const bool ends_there = side.next_width > kAlikeWidths * side.width;
-    if (!ends_there) return side.next_turn / 2;
-    return other_width > kAlikeWidths * side.width ? 0 : side.next_turn;
+    if (!ends_there) return next_turn / 2;
+    return other_width > kAlikeWidths * side.width ? 0 : next_turn;
 }
 
 }  // namespace
@@ -63,8 +64,8 @@ double resolution_of(std::span<const Vector3d> points) {
 double unexplained_turn(double turn, const BendSide& one, const BendSide& other) {
     // What turns less than the round beside it does not stand out.
     for (const BendSide& side : {one, other})
-        if (side.next_turn > (1 + kSameTurn) * turn && side.next_turn <= kSharpestRound) return 0;
-    return std::max(0.0, turn - explained_by(one, other.width) - explained_by(other, one.width));
+        if (side.is_strip && side.next_turn > (1 + kSameTurn) * turn && side.next_turn <= kSharpestRound) return 0;
+    return std::max(0.0, turn - explained_by(turn, one, other.width) - explained_by(turn, other, one.width));
 }
 
 PlanarRegions::PlanarRegions(std::span<const Vector3d> points, const Connectivity& mesh)
@@ -157,8 +158,8 @@ BendSide PlanarRegions::side_of(int h) const {
     }
     // No strip but a facet with a corner: the farthest of those around it says whether the surface turns on.
     mesh_->for_each_outgoing(mesh_->apex(h), [&](int e) { side.next_turn = std::max(side.next_turn, turn_to(e / 3)); });
-    side.next_turn = std::min(side.next_turn, std::abs(turn_at(h)));
     side.next_width = side.width;
+    side.is_strip = false;
     return side;
 }
 
@@ -170,10 +171,16 @@ FlatFaces find_flat_faces(std::span<const Vector3d> points, const Connectivity& 
         const int g = mesh.twin(h), region = regions.of(h / 3);
         if (g < 0 || regions.of(g / 3) == region || regions.normal_at(h / 3).dot(regions.normal_at(g / 3)) < least) continue;
         const double length = (points[mesh.target(h)] - points[mesh.origin(h)]).norm();
-        const double farthest = kAlikeWidths * regions.across(g).length;
+        const BendSide beyond = regions.side_of(g);
+        const double farthest = kAlikeWidths * beyond.width;
         smooth[region] += length;
-        // A single facet is one among others on scans; on parts what it meets are strips.
-        const bool is_face = regions.num_facets(region) > 1 || regions.num_facets(regions.of(g / 3)) > 1;
+        // Where a facet of a round meets a plane it turns half as much as from there to the next. A bend that turns more is that of a facet which
+        // is wider than its neighbours.
+        const double turn = std::abs(regions.turn_at(h));
+        const double next_turn = beyond.is_strip ? beyond.next_turn : beyond.next_turn / 2;
+        if (next_turn > 0 && next_turn < kSharpestRound && turn > (1 + kSameTurn) * next_turn) continue;
+        // On scans a facet, or two that are in a plane by chance, are among others of one; on parts what they meet are strips.
+        const bool is_face = regions.num_facets(region) > 2 || regions.num_facets(regions.of(g / 3)) > 1;
         if (is_face && regions.across(h, farthest).exit < 0) wide[region] += length;
     }
     FlatFaces flats;

@@ -293,7 +293,7 @@ std::optional<Vector3d> half_way(const TriangleSoup& soup, const TriangulationOp
 }
 
 constexpr double kNever = 3.1;
-const TriangulationOptions kUnfeatured{.features = {.angle = kNever, .sharp_angle = kNever, .weak_angle = kNever}};
+const TriangulationOptions kUnfeatured{.features = {.angle = kNever, .ridge_angle = kNever, .sharp_angle = kNever, .weak_angle = kNever}};
 
 }  // namespace
 

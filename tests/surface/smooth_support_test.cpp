@@ -171,9 +171,11 @@ TEST_CASE("over a sampled teapot the smooth surface is a hundred times nearer th
     CAPTURE(coarse.flat.back(), coarse.smooth.back(), fine.flat.back(), fine.smooth.back());
     CHECK(median(coarse.flat) / median(coarse.smooth) > 200);
     CHECK(median(fine.flat) / median(fine.smooth) > 500);
-    CHECK(fine.flat.back() / fine.smooth.back() > 100);
+    CHECK(fine.flat.back() / fine.smooth.back() > 150);
     CHECK(median(coarse.smooth) / median(fine.smooth) > 6);
-    CHECK(coarse.smooth.back() / fine.smooth.back() > 10);
+    // The farthest: of third order, and nearer than the facets by as much on the coarse mesh as well.
+    CHECK(coarse.flat.back() / coarse.smooth.back() > 60);
+    CHECK(coarse.smooth.back() / fine.smooth.back() > 8);
 }
 
 TEST_CASE("patches meet with one tangent plane along their edges", "[property]") {

@@ -15,6 +15,7 @@ struct FeatureOptions {
     double angle = 0.698;       ///< dihedral angle (between normals) from which an edge is a crease, radians in (0, pi]: 40 degrees
     /// All edges from `angle` on are features, whatever is beside them: who asks for an angle means it.
     bool all_from_angle = false;
+    double ridge_angle = 0.035; ///< from which a bend of planes, that no round explains, is a crease: 2 degrees
     /// Below this an edge is none where the surface turns on as fast on both sides of it, as a coarse mesh of a round does: 55 degrees, so
     /// that six sides make a prism and seven a cylinder.
     double sharp_angle = 0.96;

@@ -23,6 +23,9 @@ struct BendSide {
     double width = 0;       ///< from the bend to the next one, unit of length
     double next_turn = 0;   ///< angle there, radians, about the same axis; positive: the same way as the bend
     double next_width = 0;  ///< of the part behind that
+    /// Whether it ends there along a line. Else it comes to a corner, and the turn is that to the farthest of the facets around it: as of a
+    /// round it is at least the bend's, or two of them.
+    bool is_strip = true;
 };
 
 /// Parts of a round are about as wide as each other: within this factor.
@@ -77,7 +80,7 @@ struct FlatFaces {
 };
 
 /// A region is a flat face rather than a facet of a round if it is wider than what is beyond along most of what it meets without a ridge;
-/// a single facet must be so on all sides, and what it meets must be planes of several facets.
+/// a single facet must be so on all sides. What one or two facets are wider than must be planes of several facets.
 FlatFaces find_flat_faces(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, const PlanarRegions& regions);
 
 }  // namespace gradus
