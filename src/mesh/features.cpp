@@ -197,6 +197,12 @@ class Finder {
 
     double length(int h) const { return (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm(); }
 
+    // Of the triangle of h.
+    double height_over(int h) const {
+        const Eigen::Vector3d edge = points_[mesh_.target(h)] - points_[mesh_.origin(h)], side = points_[mesh_.apex(h)] - points_[mesh_.origin(h)];
+        return edge.cross(side).norm() / edge.norm();
+    }
+
     // Weak edges that go on where a crease would end.
     void continue_creases() {
         std::vector<int> queue;
@@ -367,7 +373,8 @@ class Finder {
             };
             const int a = mesh_.origin(h), b = mesh_.target(h), apex = mesh_.apex(h);
             const bool is_own = goes_on(next, a, b, apex) || goes_on(prev, b, a, apex);
-            const double width = regions_->across(h).length;
+            // A facet may be a sliver of a wide plane.
+            const double height = height_over(h), across = regions_->across(h).length, width = across > kAlikeWidths * height ? across : height;
             if (!is_own && degree_[apex] > 0 && width < kRelief * options_.scale && width < kSliver * length(h)) return h;
         }
         return std::nullopt;
