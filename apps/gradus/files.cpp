@@ -121,9 +121,21 @@ PatchModel load_model(const std::string& path) {
     }
 }
 
+Repaired repaired_by_default(const std::string& path, const TriangleSoup& soup, const Session& session) {
+    const double tolerance = tolerance_of(soup);
+    if (tolerance > 0) session.say(fmt::format("{}: vertices at open edges within {:.3g} of the diagonal are taken for one\n", path, tolerance));
+    return repair(soup, {.weld_tolerance = tolerance, .only_open = true});
+}
+
+void weld_read(const std::string& path, TriangleSoup& soup, const Session& session) {
+    if (extension_of(path) != ".stl") return;
+    if (const int gone = weld_roundings(soup); gone > 0)
+        session.say(fmt::format("{}: {} vertices a rounding from others are taken for these\n", path, grouped(gone)));
+}
+
 TriangleSoup sound(const std::string& path, TriangleSoup soup, bool repair, const Session& session) {
     if (repair) {
-        Repaired repaired = gradus::repair(soup);
+        Repaired repaired = repaired_by_default(path, soup, session);
         session.say(text_of(path, repaired));
         return std::move(repaired.soup);
     }

@@ -42,6 +42,8 @@ void check_distinct(const std::vector<std::string>& outputs);
 PatchModel load_model(const std::string& path);
 /// The triangle mesh of a file as it is, if it is an oriented manifold; else repaired, if that is asked for, with each change said.
 /// @throws Failure naming the file, its first faults and the cure
+/// The vertices of an STL that are a rounding apart as one, said.
+void weld_read(const std::string& path, TriangleSoup& soup, const Session& session);
 TriangleSoup sound(const std::string& path, TriangleSoup soup, bool repair, const Session& session);
 /// A line for each thing done, below one that names the file.
 std::string text_of(const std::string& path, const Repaired& repaired);

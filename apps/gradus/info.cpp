@@ -28,7 +28,7 @@ struct Options {
     Session session;
     std::string file;
     bool repair = false;
-    double weld = 0;
+    std::optional<double> weld;
     std::string out;
 };
 
@@ -252,11 +252,15 @@ MeshInfo describe(const std::string& name, const MeshData& data) {
 
 int info_of_mesh(const Options& options) {
     if (!options.out.empty()) check_output(options.out, {FileKind::Mesh});
-    const MeshData data = read_mesh_data(options.file);
+    MeshData data = read_mesh_data(options.file);
+    weld_read(options.file, data.soup, options.session);
     MeshInfo info = describe(options.file, data);
     options.session.say(info.text);
     if (options.repair) {
-        const Repaired repaired = repair(data.soup, {.weld_tolerance = options.weld});
+        const RepairOptions weld{.weld_tolerance = options.weld.value_or(tolerance_of(data.soup)), .only_open = !options.weld};
+        if (weld.weld_tolerance > 0 && weld.only_open)
+            options.session.say(fmt::format("vertices at open edges within {:.3g} of the diagonal are taken for one\n", weld.weld_tolerance));
+        const Repaired repaired = repair(data.soup, weld);
         const MeshData result{repaired.soup, follow(data.point_fields, repaired.point_source),
                               follow(data.cell_fields, repaired.triangle_source)};
         const MeshInfo after = repaired.steps.empty() ? info : describe("repaired", result);
@@ -303,9 +307,9 @@ int info_of_sizes(const Options& options) {
 int run_info(const Options& options) {
     if (options.repair && kind_of(options.file) != FileKind::Mesh)
         throw UsageError("--repair is for triangle meshes, not for " + options.file);
-    if (!options.repair && (!options.out.empty() || options.weld != 0))
+    if (!options.repair && (!options.out.empty() || options.weld))
         throw UsageError(std::string(options.out.empty() ? "--weld" : "--output") + " is for what is repaired; give --repair too");
-    if (!(options.weld >= 0 && options.weld <= 0.1)) throw UsageError(fmt::format("--weld {}: must be from 0 to 0.1", options.weld));
+    if (options.weld && !(*options.weld >= 0 && *options.weld <= 0.1)) throw UsageError(fmt::format("--weld {}: must be from 0 to 0.1", *options.weld));
     switch (kind_of(options.file)) {
         case FileKind::Patches:
             return info_of_patches(options);
@@ -331,8 +335,7 @@ void add_info(CLI::App& app, Run& run) {
     const auto options = std::make_shared<Options>();
     command.add_option("FILE", options->file, "Bezier patches, a triangle mesh or a size map")->required();
     command.add_flag("--repair", options->repair, "Make an oriented manifold of a triangle mesh, and say what changes");
-    command.add_option("--weld", options->weld, "With --repair: weld vertices this close, as a fraction of the diagonal")
-        ->capture_default_str();
+    command.add_option("--weld", options->weld, "With --repair: weld vertices this close, as a fraction of the diagonal (default: those at open edges, far below the edges)");
     command.add_option("-o,--output", options->out, "With --repair: the mesh to write")->type_name("OUT");
     add_session(command, options->session);
     run_with(command, run, options, run_info);

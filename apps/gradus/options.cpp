@@ -159,6 +159,8 @@ SizingRule rule_of(const SizingOptions& options, const SizeLimits& defaults) {
     // A limit that is given moves the default of the other out of its way.
     rule.hmin = options.hmin.value_or(std::min(defaults.hmin, options.hmax.value_or(defaults.hmin)));
     rule.hmax = options.hmax.value_or(std::max(defaults.hmax, rule.hmin));
+    rule.hmin_by_part = !options.hmin;
+    rule.hmax_by_part = !options.hmax;
     for (const std::string& text : options.at) rule.at.push_back(prescribed_size(text));
     rule.feature_clearance = options.feature_gap.value_or(rule.feature_clearance);
     rule.sheet_clearance = options.gap.value_or(rule.sheet_clearance);

@@ -84,6 +84,7 @@ namespace {
 
 TriangleSoup load_soup(const std::string& path, const TriangulationChoice& choice, const Session& session) {
     TriangleSoup soup = read_mesh(path);
+    weld_read(path, soup, session);
     add_required(path, choice, soup);
     soup = sound(path, std::move(soup), choice.repair, session);
     if (soup.triangles.empty()) throw Failure(path + ": holds no triangles");
@@ -160,6 +161,10 @@ TriangulationBackground given_background(const Triangulation& surface, const Giv
     }
 }
 
+double smallest_part(const Triangulation& surface) {
+    return *std::min_element(surface.part_share().begin(), surface.part_share().end());
+}
+
 std::vector<std::pair<SizingRule::At, double>> moved_far(const SizingRule& rule, std::span<const Eigen::Vector3d> background) {
     std::vector<std::pair<SizingRule::At, double>> moved;
     for (const SizingRule::At& at : rule.at) {
@@ -188,7 +193,7 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
     const ChordErrorOptions keep{
         .gradation = gradation,
-        .hmin = hmin_given ? rule.hmin : kFinest * rule.hmin,
+        .hmin = hmin_given ? rule.hmin : kFinest * rule.hmin * smallest_part(surface),
         .prescribed = rule.at,
         .remesh = options,
         .on_check = [&](const SurfaceMesh& draft) { stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size()))); }};

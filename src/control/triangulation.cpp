@@ -14,6 +14,7 @@
 #include "gradus/control/clearance.hpp"
 #include "gradus/control/control_space.hpp"
 #include "gradus/mesh/labels.hpp"
+#include "gradus/mesh/parts.hpp"
 #include "gradus/mesh/closest.hpp"
 
 namespace gradus {
@@ -77,6 +78,16 @@ double diagonal_of(const TriangleSoup& soup) {
     return diagonal;
 }
 
+std::vector<double> part_shares(const TriangleSoup& soup, double diagonal) {
+    const std::vector<int> part = connected_parts(soup.points.size(), soup.triangles);
+    std::vector<Eigen::AlignedBox3d> boxes(soup.points.size());
+    for (const Triangle& t : soup.triangles)
+        for (const int v : t) boxes[part[v]].extend(soup.points[v]);
+    std::vector<double> shares;
+    for (const int p : part) shares.push_back(boxes[p].isEmpty() ? 1 : boxes[p].diagonal().norm() / diagonal);
+    return shares;
+}
+
 }  // namespace
 
 Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& options)
@@ -92,6 +103,7 @@ Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& opti
     curvature_ = estimate_curvature(soup_.points, mesh_, wedges_, normals, {.least_curvature = options.least_curvature});
     curve_curvature_ = curvature_of_chains(soup_.points, features_);
     heed_flats(regions);
+    part_share_ = part_shares(soup_, diagonal_);
 }
 
 // At flat faces the fits see both what is flat and the round beside it. The facets of the round, between tangent planes, tell better.
@@ -173,11 +185,12 @@ class Bounds {
         Clearance faced = {};  // of the clearance that bounds it, where one does
     };
     /// @param size  by curvature; clearances above it are not looked for
-    Bound at(std::span<const SidedPlace> sides, double size) const {
+    /// @param hmin  that clearances lead to
+    Bound at(std::span<const SidedPlace> sides, double size, double hmin) const {
         Bound bound{size};
         for (const SidedPlace& side : sides) {
-            lower(bound, rule_.feature_clearance, [&](double reach) { return finder_.feature(side, reach, reach); });
-            lower(bound, rule_.sheet_clearance, [&](double reach) { return finder_.sheet(side, reach); });
+            lower(bound, rule_.feature_clearance, hmin, [&](double reach) { return finder_.feature(side, reach, reach); });
+            lower(bound, rule_.sheet_clearance, hmin, [&](double reach) { return finder_.sheet(side, reach); });
         }
         for (const SizingRule::Region& region : rule_.regions)
             for (const SidedPlace& side : sides)
@@ -187,10 +200,10 @@ class Bounds {
 
   private:
     template <class Find>
-    void lower(Bound& bound, double fraction, const Find& find) const {
-        if (fraction == 0 || bound.size <= rule_.hmin) return;
+    void lower(Bound& bound, double fraction, double hmin, const Find& find) const {
+        if (fraction == 0 || bound.size <= hmin) return;
         const Clearance clearance = find(bound.size / fraction);
-        const double size = std::max(fraction * clearance.distance, rule_.hmin);
+        const double size = std::max(fraction * clearance.distance, hmin);
         if (size < bound.size) bound = {size, clearance};
     }
 
@@ -214,7 +227,9 @@ class Cutter {
     Cutter(const Triangulation& surface, const SizingRule& rule)
         : surface_(surface),
           rule_(rule),
+          unlimited_{.kind = rule.kind, .value = rule.value, .most_turn = rule.most_turn},
           bounds_(surface, rule),
+          share_(surface.part_share()),
           mesh_(surface.mesh()),
           points_(surface.soup().points),
           on_curve_(surface.curve_curvature()),
@@ -230,7 +245,7 @@ class Cutter {
         std::iota(parent_.begin(), parent_.end(), 0);
         std::vector<Bounds::Bound> bounds(points_.size(), {rule.hmax});
         in_parallel(bounds.size(), [&](int v) {
-            if (mesh_.is_live_vertex(v)) bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v));
+            if (mesh_.is_live_vertex(v)) bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v), limits_at(v).hmin);
         });
         for (const Bounds::Bound& bound : bounds) sizes_.push_back(bound.size);
         heed_short_curves();
@@ -239,7 +254,7 @@ class Cutter {
         const auto most = [&](int v, double length) {
             double curvature = on_curve_[v];
             mesh_.for_each_outgoing(v, [&](int h) { curvature = std::max(curvature, at_corner_[h]); });
-            return bounds_.at(sides_of_vertex(surface, v), std::min(length, size_from_radius(unclamped, 1 / std::max(curvature, 1e-300)))).size;
+            return bounds_.at(sides_of_vertex(surface, v), std::min(length, size_from_radius(unclamped, 1 / std::max(curvature, 1e-300))), limits_at(v).hmin).size;
         };
         heed_frozen(surface, most, sizes_);
         for (const Bounds::Bound& bound : bounds) note(bound);
@@ -361,17 +376,29 @@ class Cutter {
             if (chain.closed || chain.vertices.front() == chain.vertices.back()) continue;
             double length = 0;
             for (int i = 0; i < chain.num_edges(); ++i) length += (points_[chain.vertex(i + 1)] - points_[chain.vertex(i)]).norm();
-            const double most = std::max(rule_.feature_clearance * length, rule_.hmin);
+            const double most = std::max(rule_.feature_clearance * length, limits_at(chain.vertices.front()).hmin);
             for (const int v : chain.vertices) sizes_[v] = std::min(sizes_[v], most);
         }
     }
 
-    double size_of(double curvature) const { return size_from_radius(rule_, 1 / std::max(curvature, 1e-300)); }
+    struct Limits {
+        double hmin, hmax;
+    };
+    Limits limits_at(int v) const {
+        const double hmin = rule_.hmin * (rule_.hmin_by_part ? share_[v] : 1);
+        return {hmin, std::max(hmin, rule_.hmax * (rule_.hmax_by_part ? share_[v] : 1))};
+    }
+
+    // @param v  a vertex of the same part
+    double size_of(double curvature, int v) const {
+        const Limits limits = limits_at(v);
+        return std::clamp(size_from_radius(unlimited_, 1 / std::max(curvature, 1e-300)), limits.hmin, limits.hmax);
+    }
 
     double curvature_size_at(int v) const {
         double largest = on_curve_[v];
         mesh_.for_each_outgoing(v, [&](int h) { largest = std::max(largest, at_corner_[h]); });
-        return size_of(largest);
+        return size_of(largest, v);
     }
 
     // What is as sharp as one end does not reach to the middle of an edge that is many radii long. Along a cone radii grow evenly.
@@ -403,7 +430,7 @@ class Cutter {
         double curvature = middle_curvature(h);
         if (g >= 0) curvature = std::max(curvature, middle_curvature(g));
         if (mesh_.tag(h) >= 0) curvature = std::max(curvature, (on_curve_[mesh_.origin(h)] + on_curve_[mesh_.target(h)]) / 2);
-        Bounds::Bound bound = bounds_.at(middle_of(h), size_of(curvature));
+        Bounds::Bound bound = bounds_.at(middle_of(h), size_of(curvature, mesh_.origin(h)), limits_at(mesh_.origin(h)).hmin);
         // Along a frozen edge there is one element: larger ones are not asked for.
         if (source_[h] >= 0 && surface_.frozen().has_edge(source_[h])) {
             const double between = (sizes_[mesh_.origin(h)] + sizes_[mesh_.target(h)]) / 2;
@@ -426,7 +453,7 @@ class Cutter {
     // Between its ends an edge may be nearer to what it faces than there.
     bool may_misrepresent(int h) const {
         const double least = std::min(sizes_[mesh_.origin(h)], sizes_[mesh_.target(h)]);
-        return length(h) > kShortest * (mesh_.tag(h) >= 0 ? rule_.hmin : kHidden * least);
+        return length(h) > kShortest * (mesh_.tag(h) >= 0 ? limits_at(mesh_.origin(h)).hmin : kHidden * least);
     }
 
     bool misrepresents(int h) {
@@ -519,6 +546,7 @@ class Cutter {
         const double size = middle_size(h);
         const int a = mesh_.origin(h), b = mesh_.target(h), twin = mesh_.twin(h), known = mesh_.num_triangles();
         points_.push_back((points_[a] + points_[b]) / 2);
+        share_.push_back(share_[a]);
         on_curve_.push_back(mesh_.tag(h) >= 0 ? (on_curve_[a] + on_curve_[b]) / 2 : 0);
         sizes_.push_back(size);
         mesh_.split(h);
@@ -547,7 +575,9 @@ class Cutter {
 
     const Triangulation& surface_;
     const SizingRule& rule_;
+    const SizingRule unlimited_;  // by curvature alone
     Bounds bounds_;
+    std::vector<double> share_;  // of each vertex, see Triangulation::part_share
     Connectivity mesh_;
     std::vector<Vector3d> points_;
     std::vector<double> on_curve_, at_corner_, sizes_;

@@ -13,7 +13,10 @@
 #include <tuple>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include "flat.hpp"
+#include "gradus/mesh/flats.hpp"
 #include "places.hpp"
 #include "sheets.hpp"
 
@@ -524,6 +527,110 @@ std::string what_was_done(RepairKind kind) {
 
 }  // namespace
 
+namespace {
+
+constexpr double kTwins = 8;          // roundings of the coordinates that twins are apart
+constexpr double kFarBelow = 1e-3;    // of the edges
+constexpr double kShortestEdges = 0.05;  // share of the edges that count for nothing
+
+// Edges of one triangle, of vertices that stand for their place.
+std::vector<Edge> open_edges(const std::vector<Triangle>& triangles, const std::vector<int>& place) {
+    std::vector<Edge> edges, open;
+    for (const Triangle& t : triangles)
+        for (int k = 0; k < 3; ++k) {
+            const int a = place[t[k]], b = place[t[(k + 1) % 3]];
+            if (a >= 0 && b >= 0 && a != b) edges.push_back({std::min(a, b), std::max(a, b)});
+        }
+    std::sort(edges.begin(), edges.end());
+    for (std::size_t i = 0; i < edges.size(); ++i)
+        if ((i == 0 || edges[i - 1] != edges[i]) && (i + 1 == edges.size() || edges[i + 1] != edges[i])) open.push_back(edges[i]);
+    return open;
+}
+
+// Vertices of triangles that are numbers and in range.
+std::vector<char> vertices_in_use(const TriangleSoup& soup) {
+    std::vector<char> used(soup.points.size(), 0);
+    for (const Triangle& t : soup.triangles)
+        for (const int v : t)
+            if (v >= 0 && v < std::ssize(soup.points) && soup.points[v].allFinite()) used[v] = 1;
+    return used;
+}
+
+double diagonal_of(const Points& points, const std::vector<char>& used) {
+    Eigen::AlignedBox3d box;
+    for (std::size_t v = 0; v < points.size(); ++v)
+        if (used[v]) box.extend(points[v]);
+    return box.isEmpty() ? 0 : box.diagonal().norm();
+}
+
+// Triangles whose corners all are in use.
+std::vector<Triangle> usable(const TriangleSoup& soup, const std::vector<char>& used) {
+    std::vector<Triangle> triangles;
+    for (const Triangle& t : soup.triangles)
+        if (std::all_of(t.begin(), t.end(), [&](int v) { return v >= 0 && v < std::ssize(soup.points) && used[v]; })) triangles.push_back(t);
+    return triangles;
+}
+
+// Places of vertices, where those at open edges that are within a distance are one.
+// @param tolerance  over the diagonal of what is in use
+std::vector<int> places_at_open_edges(const Points& points, const std::vector<char>& used, const std::vector<Triangle>& triangles, double tolerance) {
+    std::vector<int> place = equal_places(points, used);
+    std::vector<char> open(points.size(), 0);
+    for (const Edge& e : open_edges(triangles, place)) open[e[0]] = open[e[1]] = 1;
+    const double whole = diagonal_of(points, used), part = diagonal_of(points, open);
+    if (!(part > 0)) return place;
+    const std::vector<int> closest = close_places(points, open, tolerance * whole / part);
+    for (int& p : place)
+        if (p >= 0 && open[p]) p = closest[p];
+    return place;
+}
+
+double roundings_of(const Points& points, const std::vector<char>& used) {
+    Points counting;
+    for (std::size_t v = 0; v < points.size(); ++v)
+        if (used[v]) counting.push_back(points[v]);
+    return kTwins * resolution_of(counting);
+}
+
+}  // namespace
+
+double tolerance_of(const TriangleSoup& soup) {
+    const std::vector<char> used = vertices_in_use(soup);
+    const double diagonal = diagonal_of(soup.points, used);
+    std::vector<double> lengths;
+    for (const Edge& e : open_edges(usable(soup, used), equal_places(soup.points, used))) lengths.push_back((soup.points[e[1]] - soup.points[e[0]]).norm());
+    if (lengths.empty() || !(diagonal > 0)) return 0;
+    const auto short_one = lengths.begin() + static_cast<std::ptrdiff_t>(kShortestEdges * static_cast<double>(lengths.size() - 1));
+    std::nth_element(lengths.begin(), short_one, lengths.end());
+    return std::min(0.1, std::max(kFarBelow * *short_one, roundings_of(soup.points, used)) / diagonal);
+}
+
+int weld_roundings(TriangleSoup& soup) {
+    const std::vector<char> used = vertices_in_use(soup);
+    const double diagonal = diagonal_of(soup.points, used);
+    const std::vector<Triangle> triangles = usable(soup, used);
+    if (!(diagonal > 0) || open_edges(triangles, equal_places(soup.points, used)).empty()) return 0;
+    const Points unit = to_unit_box(soup.points, used);
+    const std::vector<int> place = places_at_open_edges(unit, used, triangles, roundings_of(soup.points, used) / diagonal);
+    std::vector<int> number(soup.points.size(), kNone);
+    Points kept;
+    int gone = 0;
+    for (int v = 0; v < std::ssize(soup.points); ++v) {
+        if (used[v] && place[v] != v) {
+            ++gone;
+            continue;
+        }
+        number[v] = static_cast<int>(kept.size());
+        kept.push_back(soup.points[v]);
+    }
+    if (gone == 0) return 0;
+    for (Triangle& t : soup.triangles)
+        for (int& v : t)
+            if (v >= 0 && v < std::ssize(place)) v = number[used[v] ? place[v] : v];
+    soup.points = std::move(kept);
+    return gone;
+}
+
 Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
     if (!(options.weld_tolerance >= 0 && options.weld_tolerance <= 0.1))
         throw std::invalid_argument("repair: weld tolerance " + std::to_string(options.weld_tolerance) + " is not in [0, 0.1]");
@@ -534,8 +641,10 @@ Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
     std::vector<Piece> pieces = usable_triangles(soup, log);
     const std::vector<char> used = used_vertices(pieces, soup.points.size());
     const Points unit = to_unit_box(soup.points, used);
-    std::vector<int> place =
-        options.weld_tolerance > 0 ? close_places(unit, used, options.weld_tolerance) : equal_places(soup.points, used);
+    std::vector<int> place;
+    if (options.weld_tolerance == 0) place = equal_places(soup.points, used);
+    else if (options.only_open) place = places_at_open_edges(unit, used, usable(soup, used), options.weld_tolerance);
+    else place = close_places(unit, used, options.weld_tolerance);
     for (Piece& piece : pieces)
         for (int& corner : piece.places) corner = place[corner];
     drop_repeated(pieces, log);

@@ -35,6 +35,8 @@ struct SizingRule {
     std::vector<At> at = {};
 
     // -- On triangulations only, see control/clearance.hpp --
+    /// hmin, or hmax, is that of the whole surface: connected parts have theirs in proportion to their diagonals.
+    bool hmin_by_part = false, hmax_by_part = false;
     /// Largest size over the distance between features that face each other, and on curves between corners over their length; 0:
     /// unbounded. A row of triangles between two lines has area-length .97 where its edges along them are 1.5 times the distance, .87 at
     /// twice, .53 at four times.

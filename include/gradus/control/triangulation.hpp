@@ -37,6 +37,8 @@ class Triangulation {
     /// Curvature of the feature curve through each vertex, 1 / length; 0 off features and at corners.
     const std::vector<double>& curve_curvature() const { return curve_curvature_; }
     double diagonal() const { return diagonal_; }
+    /// Diagonal of the connected part of each vertex over that of all; 1 in no triangle.
+    const std::vector<double>& part_share() const { return part_share_; }
     /// The smooth surface over it. It must not outlive this.
     SmoothSupport support(const SmoothSupport::Options& options = {}) const;
 
@@ -50,7 +52,7 @@ class Triangulation {
     Wedges wedges_;
     FlatFaces flats_;
     std::vector<WedgeCurvature> curvature_;
-    std::vector<double> curve_curvature_;
+    std::vector<double> curve_curvature_, part_share_;
     double diagonal_ = 0;
 };
 

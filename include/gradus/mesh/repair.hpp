@@ -36,7 +36,17 @@ namespace gradus {
 struct RepairOptions {
     /// Distance within which vertices are one, as a fraction of the diagonal of the bounding box of the triangles, in [0, 0.1].
     double weld_tolerance = 0;
+    /// Only vertices at open edges, those of one triangle, are welded within the tolerance: what is closed stays apart from the rest.
+    bool only_open = false;
 };
+
+/// A distance far below the edges, within which vertices at open edges are the same: a thousandth of the edges there (of all but the shortest
+/// 5 %), and a few roundings of the coordinates at least. As a fraction of the diagonal; 0 where no edge is open.
+double tolerance_of(const TriangleSoup& soup);
+
+/// Takes vertices at open edges that are a few roundings of the coordinates apart for one, the first. For soups that were read triangle by
+/// triangle; only points, triangles and their labels are kept. @returns number of vertices that are gone
+int weld_roundings(TriangleSoup& soup);
 
 enum class RepairKind {
     OutOfRange,           ///< triangle
