@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRoundings = 4;         // off a plane, of corners that are on it
-constexpr double kFlatness = 1e-6;       // the same over the longest side of its largest facet
+constexpr double kRoundings = 2;         // off a plane, of corners that are on it
+constexpr double kFlatness = 1e-8;       // the same over the longest side of its largest facet
 constexpr double kSameWay = 0.5;         // cosine between normals of facets of one plane, which are not folded over each other
 constexpr double kSharpestRound = 0.96;  // radians: rounds turn by no more from facet to facet, 55 degrees
 constexpr double kSameTurn = 1e-6;       // by how much turns of one round differ, relative
@@ -44,12 +44,12 @@ double resolution_of(std::span<const Vector3d> points) {
         in_single = in_single && p.cast<float>().cast<double>() == p;
     }
     if (!(largest > 0)) return 0;
-    constexpr double kSingle = 6e-8, kDouble = 1.2e-16;
+    constexpr double kSingle = 6e-8, kDouble = 4e-16;  // half a unit; what a few operations leave
     const double exact = kDouble * largest;
     // Coordinates with few decimals: the coarsest step of a power of ten that all are multiples of.
     const int top = static_cast<int>(std::floor(std::log10(largest)));
     double step = 0;
-    for (int digits = 5; digits <= 9 && step == 0; ++digits) {
+    for (int digits = 6; digits <= 9 && step == 0; ++digits) {
         const double unit = std::pow(10.0, top - digits + 1);
         const auto is_multiple = [&](const Vector3d& p) {
             const Vector3d q = p / unit;

@@ -529,7 +529,7 @@ std::string what_was_done(RepairKind kind) {
 
 namespace {
 
-constexpr double kTwins = 8;          // roundings of the coordinates that twins are apart
+constexpr double kTwins = 4;          // roundings of the coordinates that twins are apart
 constexpr double kFarBelow = 1e-3;    // of the edges
 constexpr double kShortestEdges = 0.05;  // share of the edges that count for nothing
 

@@ -9,6 +9,7 @@
 #include "gradus/mesh/diagnose.hpp"
 #include "gradus/quality/hausdorff.hpp"
 #include "support/files.hpp"
+#include "support/parts.hpp"
 #include "support/program.hpp"
 #include "support/triangulations.hpp"
 
@@ -753,4 +754,101 @@ TEST_CASE("sizes that coordinates cannot show are refused", "[cli]") {
     CHECK(outcome.code != 0);
     CHECK_THAT(outcome.err, Catch::Contains("rounding leaves no triangles that small"));
     CHECK_FALSE(std::filesystem::exists(folder / "out.off"));
+}
+
+TEST_CASE("the flat faces of a rounded box stay flat and its volume what it is", "[cli]") {
+    const TemporaryFolder folder;
+    const double radius = GENERATE(0.1, 5.0);
+    const TriangleSoup in = parts::prism(parts::rounded(100, 80, radius, 3), 60);
+    const double diagonal = std::hypot(100, 80, 60);
+    write_mesh(folder / "in.off", in);
+    for (const std::string& options : {std::string(), " --chord-error " + std::to_string(0.001 * diagonal)}) {
+        CAPTURE(radius, options);
+        const Outcome outcome = run(folder, "remesh in.off -o out.off --json" + options);
+        REQUIRE(outcome.code == 0);
+        const json said = json::parse(outcome.out);
+        CHECK(said["feature_curves"] == 2);
+        CHECK(said["area_length"]["min"] > 0.7);
+        CHECK(said["area_length"]["mean"] > 0.95);
+        const TriangleSoup out = read_mesh(folder / "out.off");
+        CHECK(parts::volume(out) == Approx(parts::volume(in)).epsilon(0.005));
+        // A point off the box is over a round, in a corner.
+        for (const Eigen::Vector3d& p : out.points) {
+            const bool in_corner = std::min(p.x(), 100 - p.x()) < radius && std::min(p.y(), 80 - p.y()) < radius;
+            CHECK((in_corner || (p.x() > -1e-9 && p.x() < 100 + 1e-9 && p.y() > -1e-9 && p.y() < 80 + 1e-9)));
+            CHECK((p.z() > -1e-9 && p.z() < 60 + 1e-9));
+        }
+    }
+}
+
+TEST_CASE("where the chord error is far below the facets of a prism their bends are ridges", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", parts::prism(parts::polygon(8), 2));
+    for (const std::string error : {"0.0035", "0.00035"}) {
+        const Outcome outcome = run(folder, "remesh in.off -o out.off --json --chord-error " + error);
+        REQUIRE(outcome.code == 0);
+        CHECK(json::parse(outcome.out)["feature_curves"] == 24);
+        CHECK(json::parse(outcome.out)["triangles"] < 1500);
+    }
+    write_mesh(folder / "many.off", parts::prism(parts::polygon(24), 2));
+    const json many = json::parse(run(folder, "remesh many.off -o out.off --json --feature-angle 5 --chord-error 0.003").out);
+    CHECK(many["feature_curves"] == 72);
+}
+
+TEST_CASE("spheres that larger elements would cut into each other are kept apart, or it is said", "[cli]") {
+    const TemporaryFolder folder;
+    TriangleSoup in = triangulations::soup(triangulations::sphere(4, 1));
+    const TriangleSoup outer = triangulations::soup(triangulations::sphere(4, 1.02));
+    const int n = static_cast<int>(in.points.size());
+    for (const Eigen::Vector3d& p : outer.points) in.points.push_back(p);
+    for (Triangle& t : in.triangles) std::swap(t[1], t[2]);
+    for (const Triangle& t : outer.triangles) in.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+    write_mesh(folder / "in.off", in);
+    const Outcome held = run(folder, "remesh in.off -o out.off --hmin 0.4 --hmax 0.4 --json");
+    CHECK(held.code == 1);
+    CHECK_THAT(held.err, Catch::Contains("pairs of its triangles touch or intersect"));
+    CHECK(json::parse(held.out)["new_contacts"]["count"] > 0);
+    const Outcome free = run(folder, "remesh in.off -o out.off --hmin 0.01 --hmax 0.4 --json");
+    CHECK(free.code == 0);
+    CHECK(json::parse(free.out)["new_contacts"]["count"] == 0);
+    CHECK(json::parse(run(folder, "info out.off --json").out)["self_contacts"]["count"] == 0);
+}
+
+TEST_CASE("limits of sizes go by connected part", "[cli]") {
+    const TemporaryFolder folder;
+    TriangleSoup in = parts::prism({{0, 0}, {1000, 0}, {1000, 1000}, {0, 1000}}, 1000);
+    const TriangleSoup small = triangulations::soup(triangulations::sphere(3, 1));
+    for (const Triangle& t : small.triangles) in.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
+    for (const Eigen::Vector3d& p : small.points) in.points.push_back(p + Eigen::Vector3d(-10, 0, 0));
+    write_mesh(folder / "in.off", in);
+    REQUIRE(run(folder, "remesh in.off -o out.off -q").code == 0);
+    const TriangleSoup out = read_mesh(folder / "out.off");
+    const auto of_sphere = std::count_if(out.triangles.begin(), out.triangles.end(), [&](const Triangle& t) { return out.points[t[0]].x() < -5; });
+    CHECK(of_sphere > 300);
+}
+
+TEST_CASE("vertices of an STL a rounding apart are one, others at open edges with --repair", "[cli]") {
+    const TemporaryFolder folder;
+    const triangulations::Mesh sphere = triangulations::sphere(3, 10);
+    const double off = GENERATE(2e-15, 1e-5);
+    CAPTURE(off);
+    std::ofstream stl(folder / "in.stl");
+    stl.precision(17);
+    stl << "solid s\n";
+    for (std::size_t i = 0; i < sphere.triangles.size(); ++i) {
+        stl << "facet normal 0 0 0\nouter loop\n";
+        for (const int v : sphere.triangles[i]) {
+            const Eigen::Vector3d p = sphere.points[v] + off * Eigen::Vector3d(std::sin(7. * double(i)), std::cos(5. * double(i)), std::sin(3. * double(i)));
+            stl << "vertex " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+        }
+        stl << "endloop\nendfacet\n";
+    }
+    stl << "endsolid s\n";
+    stl.close();
+    const Outcome outcome = run(folder, std::string("remesh in.stl -o out.off") + (off > 1e-10 ? " --repair" : ""));
+    REQUIRE(outcome.code == 0);
+    CHECK_THAT(outcome.out, Catch::Contains(off > 1e-10 ? "at open edges within" : "a rounding from others"));
+    const Diagnosis diagnosis = diagnose(read_mesh(folder / "out.off"));
+    CHECK(diagnosis.closed);
+    CHECK(diagnosis.components == 1);
 }

@@ -15,7 +15,7 @@
 namespace gradus {
 
 /// Largest rounding of the coordinates, unit of length: half a unit in the last place of single precision, or of the decimals that all
-/// coordinates have in common, where they have few; of double precision else. 0 for no points.
+/// coordinates have in common, where these are 6 to 9; else what a few operations in double precision leave. 0 for no points.
 double resolution_of(std::span<const Eigen::Vector3d> points);
 
 /// One side of a bend: a part of a section across the surface, or of a curve, from the bend to where it turns again.
@@ -40,7 +40,7 @@ double unexplained_turn(double turn, const BendSide& one, const BendSide& other)
 /// Facets by the plane they are in.
 class PlanarRegions {
   public:
-    /// Facets are of one plane where their corners are within a few roundings of it, or 1e-6 of the longest side of its largest facet.
+    /// Facets are of one plane where their corners are within a few roundings of it, or 1e-8 of the longest side of its largest facet.
     /// Both must outlive this. Removed triangles are in no region (-1).
     PlanarRegions(std::span<const Eigen::Vector3d> points, const Connectivity& mesh);
 

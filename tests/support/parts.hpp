@@ -1,0 +1,53 @@
+/// Parts as CAD programs tessellate them: prisms over outlines, with caps of needles.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "gradus/mesh/soup.hpp"
+
+namespace parts {
+
+using Outline = std::vector<Eigen::Vector2d>;
+
+/// A rectangle from the origin whose corners are rounds of some facets each, counter-clockwise.
+inline Outline rounded(double width, double height, double radius, int facets) {
+    Outline outline;
+    const double right = width - radius, top = height - radius;
+    const Eigen::Vector2d centres[] = {{right, radius}, {right, top}, {radius, top}, {radius, radius}};
+    for (int c = 0; c < 4; ++c)
+        for (int k = 0; k <= facets; ++k) {
+            const double angle = (c - 1 + double(k) / facets) * std::numbers::pi / 2;
+            outline.push_back(centres[c] + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+        }
+    return outline;
+}
+
+inline Outline polygon(int sides) {
+    Outline outline;
+    for (int k = 0; k < sides; ++k) outline.emplace_back(std::cos(2 * std::numbers::pi * k / sides), std::sin(2 * std::numbers::pi * k / sides));
+    return outline;
+}
+
+/// Over a convex outline, its caps fans from the first point: needles.
+inline gradus::TriangleSoup prism(const Outline& outline, double height) {
+    gradus::TriangleSoup soup;
+    const int n = static_cast<int>(outline.size());
+    for (const double z : {0.0, height})
+        for (const Eigen::Vector2d& p : outline) soup.points.emplace_back(p.x(), p.y(), z);
+    for (int i = 1; i + 1 < n; ++i) soup.triangles.insert(soup.triangles.end(), {{0, i + 1, i}, {n, n + i, n + i + 1}});
+    for (int i = 0; i < n; ++i) {
+        const int j = (i + 1) % n;
+        soup.triangles.insert(soup.triangles.end(), {{i, j, n + j}, {i, n + j, n + i}});
+    }
+    return soup;
+}
+
+inline double volume(const gradus::TriangleSoup& soup) {
+    double sum = 0;
+    for (const gradus::Triangle& t : soup.triangles) sum += soup.points[t[0]].dot(soup.points[t[1]].cross(soup.points[t[2]])) / 6;
+    return sum;
+}
+
+}  // namespace parts
