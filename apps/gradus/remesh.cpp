@@ -136,7 +136,7 @@ Made mesh_patches(const Options& options, const std::optional<GradationOptions>&
     made.json = {{"patches", model->num_patches()}};
     // The mesh itself is the caller's when these are called.
     const SurfaceMesh mesh = made.result.mesh;
-    made.measure = [=] { return measure_surface_mesh(*model, mesh, *control); };
+    made.measure = [model, map, control, mesh] { return measure_surface_mesh(*model, mesh, *control); };  // control is a view of the map
     made.write = [=](const std::string& path) { write_surface_mesh(path, *model, mesh); };
     made.draw = [=] { return pictures_of(mesh); };
     return made;
