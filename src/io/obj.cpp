@@ -5,6 +5,7 @@
 
 #include "formats.hpp"
 #include "scanner.hpp"
+#include "polygons.hpp"
 #include "text_writer.hpp"
 
 namespace gradus::io {
@@ -26,6 +27,7 @@ class ObjReader {
         if (largest_ >= soup_.points.size())
             in_.fail_at(largest_where_,
                         "vertex " + std::to_string(largest_ + 1) + " out of range; there are " + std::to_string(soup_.points.size()));
+        clip_ears(soup_, fans_);
         return std::move(soup_);
     }
 
@@ -55,6 +57,7 @@ class ObjReader {
             previous = vertex;
             ++corners;
         }
+        if (corners > 3) fans_.push_back({soup_.triangles.size() - static_cast<std::size_t>(corners - 2), static_cast<std::size_t>(corners - 2)});
         if (corners < 3) in_.fail_at(start, "a face needs at least 3 vertices, found " + std::to_string(corners));
     }
 
@@ -101,6 +104,7 @@ class ObjReader {
 
     Scanner in_;
     TriangleSoup soup_;
+    std::vector<Fan> fans_;
     std::size_t largest_ = 0;  ///< largest vertex used before it was there
     const char* largest_where_ = nullptr;
 };

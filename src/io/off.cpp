@@ -1,6 +1,7 @@
 // Geomview OFF in text, with the headers OFF, COFF, NOFF, STOFF and their combinations: what follows the three coordinates
 // on the line of a vertex, and the vertices on the line of a face, is passed over.
 #include "formats.hpp"
+#include "polygons.hpp"
 #include "scanner.hpp"
 #include "text_writer.hpp"
 
@@ -58,7 +59,7 @@ int read_index(Scanner& in, std::size_t num_vertices) {
     return static_cast<int>(index);
 }
 
-void read_face(Scanner& in, TriangleSoup& soup) {
+void read_face(Scanner& in, TriangleSoup& soup, std::vector<Fan>& fans) {
     in.at_end();
     const char* where = in.position();
     const std::size_t corners = in.count("the number of corners", 2);
@@ -70,6 +71,7 @@ void read_face(Scanner& in, TriangleSoup& soup) {
         soup.triangles.push_back({first, previous, vertex});
         previous = vertex;
     }
+    if (corners > 3) fans.push_back({soup.triangles.size() - (corners - 2), corners - 2});
     while (!in.at_line_end()) in.real_here("a colour");
 }
 
@@ -81,9 +83,11 @@ TriangleSoup parse_off(const std::string& path, std::string_view text) {
     TriangleSoup soup;
     soup.points.reserve(header.vertices);
     soup.triangles.reserve(header.faces);
+    std::vector<Fan> fans;
     for (std::size_t i = 0; i < header.vertices; ++i) read_vertex(in, header, soup);
-    for (std::size_t i = 0; i < header.faces; ++i) read_face(in, soup);
+    for (std::size_t i = 0; i < header.faces; ++i) read_face(in, soup, fans);
     if (!in.at_end()) in.fail("expected the end of the file after " + std::to_string(header.faces) + " faces, found " + quoted(in.peek()));
+    clip_ears(soup, fans);
     return soup;
 }
 

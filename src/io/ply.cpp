@@ -10,6 +10,7 @@
 #include "budget.hpp"
 #include "bytes.hpp"
 #include "formats.hpp"
+#include "polygons.hpp"
 #include "scanner.hpp"
 #include "text_writer.hpp"
 
@@ -349,6 +350,7 @@ MeshData read_body(Body in, const Header& header, Budget budget) {
     MeshData data;
     TriangleSoup& soup = data.soup;
     LargestIndex<typename Body::Where> largest;
+    std::vector<Fan> fans;
     for (const Element& element : header.elements) {
         if (element.properties.empty()) continue;
         in.check_count(element.count, element.properties.size());
@@ -373,6 +375,7 @@ MeshData read_body(Body in, const Header& header, Budget budget) {
                         break;
                     case Use::Corners:
                         read_corners(in, property, soup, largest);
+                        if (const std::size_t made = soup.triangles.size() - first_triangle; made > 1) fans.push_back({first_triangle, made});
                         break;
                     case Use::Label:
                         label = read_label(in, property.type);
@@ -399,6 +402,7 @@ MeshData read_body(Body in, const Header& header, Budget budget) {
     if (largest.index >= static_cast<std::int64_t>(soup.points.size()))
         in.fail_at(largest.where, "vertex " + std::to_string(largest.index) + " out of range; there are " +
                                       std::to_string(soup.points.size()) + ", numbered from 0");
+    clip_ears(soup, fans);
     return data;
 }
 

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 constexpr int kMostPieces = 1000;  // of a part, before it is quartered
 constexpr std::size_t kMostAtOnce = 1 << 14;  // parts, those with the largest bounds
 // Work in pieces; that of looking for the triangle closest to a corner. The most for a triangle on its own, and for all together.
-constexpr std::size_t kWorkOfCorner = 8, kMostWorkOfOne = 1'000'000, kMostWork = 20'000'000, kMostWorkPerTriangle = 100;
+constexpr std::size_t kWorkOfCorner = 8, kMostWorkOfOne = 1'000'000, kMostWork = 2'000'000, kMostWorkPerTriangle = 100;
 constexpr double kSlack = 1e-10;  // of an edge: what sticks out by less stays with the triangle
 constexpr double kResolution = 1e-9;  // of the surface's extent: smaller distances are not told apart
 constexpr int kMostCorners = 12;

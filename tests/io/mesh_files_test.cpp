@@ -454,3 +454,26 @@ TEST_CASE("parameters are read as a Medit section and as comments behind its end
         CHECK(read(rest).empty());
     }
 }
+
+TEST_CASE("faces that are concave polygons have the area of the polygon, convex ones are fans", "[exact]") {
+    const support::TemporaryFolder folder;
+    const std::string corners = "0 0 0\n2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0\n";
+    support::spill(folder / "l.off", "OFF\n6 1 0\n" + corners + "6 2 3 4 5 0 1\n");
+    support::spill(folder / "l.obj", "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf 2 3 4 5 6 1\n");
+    support::spill(folder / "l.ply", "ply\nformat ascii 1.0\nelement vertex 6\nproperty double x\nproperty double y\nproperty double z\n"
+                                     "element face 1\nproperty list uchar int vertex_indices\nend_header\n" + corners + "6 1 2 3 4 5 0\n");
+    for (const std::string name : {"l.off", "l.obj", "l.ply"}) {
+        CAPTURE(name);
+        const TriangleSoup soup = read_mesh(folder / name);
+        REQUIRE(soup.triangles.size() == 4);
+        double area = 0;
+        for (const Triangle& t : soup.triangles) {
+            const double part = (soup.points[t[1]] - soup.points[t[0]]).cross(soup.points[t[2]] - soup.points[t[0]]).z() / 2;
+            CHECK(part > 0);
+            area += part;
+        }
+        CHECK(area == Approx(3));
+    }
+    support::spill(folder / "square.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+    CHECK(read_mesh(folder / "square.obj").triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+}

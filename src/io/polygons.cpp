@@ -1,0 +1,85 @@
+#include "polygons.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace gradus::io {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::size_t kMostCorners = 5000;  // ears take the square of their number
+
+class Clipper {
+  public:
+    Clipper(const TriangleSoup& soup, std::vector<int> loop) : soup_(soup), loop_(std::move(loop)), normal_(Vector3d::Zero()) {
+        for (std::size_t i = 0; i < loop_.size(); ++i) normal_ += (at(i) - at(0)).cross(at(i + 1) - at(0));
+        normal_ = normal_.stableNormalized();
+    }
+
+    bool is_convex() const {
+        for (std::size_t i = 0; i < loop_.size(); ++i)
+            if (turn(loop_[i], next(i), next(i + 1)) < 0) return false;
+        return true;
+    }
+
+    // Empty where there is no ear.
+    std::vector<Triangle> clip() {
+        std::vector<Triangle> triangles;
+        while (loop_.size() > 3) {
+            std::size_t best = loop_.size();
+            double best_shape = 0;
+            for (std::size_t i = 0; i < loop_.size(); ++i)
+                if (const double shape = ear_shape(i); shape > best_shape) best = i, best_shape = shape;
+            if (best == loop_.size()) return {};
+            triangles.push_back({previous(best), loop_[best], next(best)});
+            loop_.erase(loop_.begin() + static_cast<std::ptrdiff_t>(best));
+        }
+        triangles.push_back({loop_[0], loop_[1], loop_[2]});
+        return triangles;
+    }
+
+  private:
+    const Vector3d& at(std::size_t i) const { return soup_.points[loop_[i % loop_.size()]]; }
+    int next(std::size_t i) const { return loop_[(i + 1) % loop_.size()]; }
+    int previous(std::size_t i) const { return loop_[(i + loop_.size() - 1) % loop_.size()]; }
+    // Twice the area of a triangle as it is seen along the normal.
+    double turn(int a, int b, int c) const {
+        const Vector3d &p = soup_.points[a], &q = soup_.points[b], &r = soup_.points[c];
+        return normal_.dot((q - p).cross(r - p));
+    }
+
+    // Of the triangle at a corner, its area over the squares of its sides; 0 where it is no ear.
+    double ear_shape(std::size_t i) const {
+        const int a = previous(i), b = loop_[i], c = next(i);
+        const double area = turn(a, b, c);
+        if (!(area > 0)) return 0;
+        for (const int v : loop_) {
+            if (v == a || v == b || v == c) continue;
+            if (turn(a, b, v) >= 0 && turn(b, c, v) >= 0 && turn(c, a, v) >= 0) return 0;
+        }
+        const Vector3d &p = soup_.points[a], &q = soup_.points[b], &r = soup_.points[c];
+        return area / ((q - p).squaredNorm() + (r - q).squaredNorm() + (p - r).squaredNorm());
+    }
+
+    const TriangleSoup& soup_;
+    std::vector<int> loop_;
+    Vector3d normal_;
+};
+
+}  // namespace
+
+void clip_ears(TriangleSoup& soup, const std::vector<Fan>& fans) {
+    for (const Fan& fan : fans) {
+        if (fan.triangles < 2 || fan.triangles > kMostCorners) continue;
+        std::vector<int> loop{soup.triangles[fan.first][0], soup.triangles[fan.first][1]};
+        for (std::size_t t = fan.first; t < fan.first + fan.triangles; ++t) loop.push_back(soup.triangles[t][2]);
+        Clipper clipper(soup, std::move(loop));
+        if (clipper.is_convex()) continue;
+        const std::vector<Triangle> ears = clipper.clip();
+        if (ears.size() == fan.triangles) std::copy(ears.begin(), ears.end(), soup.triangles.begin() + static_cast<std::ptrdiff_t>(fan.first));
+    }
+}
+
+}  // namespace gradus::io
