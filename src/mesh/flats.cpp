@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRoundings = 2;         // off a plane, of corners that are on it
-constexpr double kFlatness = 1e-8;       // the same over the longest side of its largest facet
+constexpr double kFlatness = 1e-7;       // the same over the longest side of its largest facet
 constexpr double kSameWay = 0.5;         // cosine between normals of facets of one plane, which are not folded over each other
 constexpr double kSharpestRound = 0.96;  // radians: rounds turn by no more from facet to facet, 55 degrees
 constexpr double kSameTurn = 1e-6;       // by how much turns of one round differ, relative

@@ -40,7 +40,7 @@ double unexplained_turn(double turn, const BendSide& one, const BendSide& other)
 /// Facets by the plane they are in.
 class PlanarRegions {
   public:
-    /// Facets are of one plane where their corners are within a few roundings of it, or 1e-8 of the longest side of its largest facet.
+    /// Facets are of one plane where their corners are within a few roundings of it, or 1e-7 of the longest side of its largest facet.
     /// Both must outlive this. Removed triangles are in no region (-1).
     PlanarRegions(std::span<const Eigen::Vector3d> points, const Connectivity& mesh);
 
