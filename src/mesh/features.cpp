@@ -20,6 +20,7 @@ constexpr double kJag = 1;               // height of a jag over the scale, from
 constexpr double kSliver = 1.0 / 3;      // width of a facet between two creases over its length, at most
 constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
 constexpr double kRidge = 2.0 / 3;       // of its turn, that the facets beside a ridge do not explain
+constexpr double kCorner = 0.3;          // the same of corners of outlines that turn by as much as creases do
 constexpr double kTip = 1.2;             // angle defect of the point of a cone, radians: it opens by less than 108 degrees
 constexpr double kTipRelief = 1;         // height over the scale
 // A crease stands out where the surface beside it turns little: by this part of the crease's own turn at most, or by what that
@@ -525,7 +526,7 @@ class Finder {
         const BendSide one = side_to(a), other = side_to(b);
         const double width = std::min(one.width, other.width);
         if (sags(width, turn, one, other)) return true;
-        return rises(width, turn) && unexplained_turn(turn, one, other) > (turn < options_.sharp_angle ? kRidge * turn : 0);
+        return rises(width, turn) && unexplained_turn(turn, one, other) > (turn < options_.angle ? kRidge : kCorner) * turn;
     }
 
     // Whether an edge surely is a feature, with planes of several facets on both sides, or on the only one.

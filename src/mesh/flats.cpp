@@ -15,6 +15,7 @@ constexpr double kRoundings = 2;         // off a plane, of corners that are on 
 constexpr double kFlatness = 1e-7;       // the same over the longest side of its largest facet
 constexpr double kSameWay = 0.5;         // cosine between normals of facets of one plane, which are not folded over each other
 constexpr double kSharpestRound = 0.96;  // radians: rounds turn by no more from facet to facet, 55 degrees
+constexpr double kBegins = 1.9;          // next turn over that of the joint where a round begins, about
 constexpr double kSameTurn = 1e-6;       // by how much turns of one round differ, relative
 constexpr double kParallel = 0.7;        // cosine between edges on both sides of a strip
 constexpr int kMostFacets = 200;         // on a way over a region
@@ -62,9 +63,9 @@ double resolution_of(std::span<const Vector3d> points) {
 }
 
 double unexplained_turn(double turn, const BendSide& one, const BendSide& other) {
-    // What turns less than the round beside it does not stand out.
+    // Where a round begins it turns half as much as beyond.
     for (const BendSide& side : {one, other})
-        if (side.is_strip && side.next_turn > (1 + kSameTurn) * turn && side.next_turn <= kSharpestRound) return 0;
+        if (side.is_strip && side.next_turn >= kBegins * turn && side.next_turn <= kSharpestRound) return 0;
     return std::max(0.0, turn - explained_by(turn, one, other.width) - explained_by(turn, other, one.width));
 }
 
