@@ -9,7 +9,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostCorners = 5000;  // ears take the square of their number
+constexpr double kGoodShape = 0.15;           // of an ear that is taken at once; .29 is equilateral
+constexpr std::size_t kMostWork = 200'000'000;  // corners looked at in a file: fans that are left then stay, seconds later
 
 class Clipper {
   public:
@@ -25,14 +26,16 @@ class Clipper {
     }
 
     // Empty where there is no ear.
-    std::vector<Triangle> clip() {
+    std::vector<Triangle> clip(std::size_t& work) {
         std::vector<Triangle> triangles;
         while (loop_.size() > 3) {
             std::size_t best = loop_.size();
             double best_shape = 0;
-            for (std::size_t i = 0; i < loop_.size(); ++i)
+            for (std::size_t i = 0; i < loop_.size() && best_shape < kGoodShape && work < kMostWork; ++i) {
+                work += loop_.size();
                 if (const double shape = ear_shape(i); shape > best_shape) best = i, best_shape = shape;
-            if (best == loop_.size()) return {};
+            }
+            if (best == loop_.size() || work >= kMostWork) return {};
             triangles.push_back({previous(best), loop_[best], next(best)});
             loop_.erase(loop_.begin() + static_cast<std::ptrdiff_t>(best));
         }
@@ -71,13 +74,13 @@ class Clipper {
 }  // namespace
 
 void clip_ears(TriangleSoup& soup, const std::vector<Fan>& fans) {
+    std::size_t work = 0;
     for (const Fan& fan : fans) {
-        if (fan.triangles < 2 || fan.triangles > kMostCorners) continue;
         std::vector<int> loop{soup.triangles[fan.first][0], soup.triangles[fan.first][1]};
         for (std::size_t t = fan.first; t < fan.first + fan.triangles; ++t) loop.push_back(soup.triangles[t][2]);
         Clipper clipper(soup, std::move(loop));
         if (clipper.is_convex()) continue;
-        const std::vector<Triangle> ears = clipper.clip();
+        const std::vector<Triangle> ears = clipper.clip(work);
         if (ears.size() == fan.triangles) std::copy(ears.begin(), ears.end(), soup.triangles.begin() + static_cast<std::ptrdiff_t>(fan.first));
     }
 }

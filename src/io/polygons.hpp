@@ -15,7 +15,7 @@ struct Fan {
 };
 
 /// Gives polygons that are not convex, seen along their normal, the triangles of ears instead of a fan; as many. What has no ears, as it crosses
-/// itself, stays as it is. To be called once all points are known.
+/// itself, and what is left after some seconds, stays as it is. To be called once all points are known.
 void clip_ears(TriangleSoup& soup, const std::vector<Fan>& fans);
 
 }  // namespace gradus::io
