@@ -118,10 +118,11 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
     if (sizing.chord_error) rule = rule_within(*sizing.chord_error, rule);
     try {
         for (int round = 1;; ++round) {
-            auto surface = std::make_unique<Triangulation>(soup, options);
+            auto surface = std::make_unique<Triangulation>(std::move(soup), options);
             const std::vector<std::array<int, 2>> crowded = crowded_creases(*surface, rule);
             if (crowded.empty() || round == kMostRounds) return surface;
             append(options.features.no_creases, crowded);
+            soup = surface->soup();
         }
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());

@@ -172,17 +172,15 @@ FlatFaces find_flat_faces(std::span<const Vector3d> points, const Connectivity& 
         const int g = mesh.twin(h), region = regions.of(h / 3);
         if (g < 0 || regions.of(g / 3) == region || regions.normal_at(h / 3).dot(regions.normal_at(g / 3)) < least) continue;
         const double length = (points[mesh.target(h)] - points[mesh.origin(h)]).norm();
-        const BendSide beyond = regions.side_of(g);
-        const double farthest = kAlikeWidths * beyond.width;
         smooth[region] += length;
+        // On scans a facet, or two that are in a plane by chance, are among others of one; on parts what they meet are strips.
+        if (regions.num_facets(region) <= 2 && regions.num_facets(regions.of(g / 3)) == 1) continue;
         // Where a facet of a round meets a plane it turns half as much as from there to the next. A bend that turns more is that of a facet which
         // is wider than its neighbours.
-        const double turn = std::abs(regions.turn_at(h));
-        const double next_turn = beyond.is_strip ? beyond.next_turn : beyond.next_turn / 2;
+        const BendSide beyond = regions.side_of(g);
+        const double turn = std::abs(regions.turn_at(h)), next_turn = beyond.is_strip ? beyond.next_turn : beyond.next_turn / 2;
         if (next_turn > 0 && next_turn < kSharpestRound && turn > (1 + kSameTurn) * next_turn) continue;
-        // On scans a facet, or two that are in a plane by chance, are among others of one; on parts what they meet are strips.
-        const bool is_face = regions.num_facets(region) > 2 || regions.num_facets(regions.of(g / 3)) > 1;
-        if (is_face && regions.across(h, farthest).exit < 0) wide[region] += length;
+        if (regions.across(h, kAlikeWidths * beyond.width).exit < 0) wide[region] += length;
     }
     FlatFaces flats;
     std::vector<int> number(regions.size(), -1);
