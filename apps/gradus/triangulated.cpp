@@ -116,6 +116,9 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
     }
     SizingRule rule = rule_of(sizing, limits_for(diagonal));
     if (sizing.chord_error) rule = rule_within(*sizing.chord_error, rule);
+    options.negligible_height = sizing.chord_error.value_or(0);
+    options.finest = sizing.hmin || !sizing.chord_error ? rule.hmin : kFinest * rule.hmin;
+    options.finest_by_part = rule.hmin_by_part;
     try {
         for (int round = 1;; ++round) {
             auto surface = std::make_unique<Triangulation>(std::move(soup), options);

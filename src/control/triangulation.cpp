@@ -23,6 +23,8 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kAtEnd = 0.1;           // of an edge, where the width of strips is that at its vertex
 constexpr double kSizeTolerance = 0.2;  // |ln(size / interpolated size)| at the middle of an edge that is worth a cut
 constexpr double kShortest = 1;         // metric length of edges that are never cut: the mesh could not show more
 constexpr double kManyRadii = 4;  // of the sharper end of an edge, that the other is away
@@ -43,15 +45,50 @@ double circle_curvature(const Vector3d& a, const Vector3d& b, const Vector3d& c)
     return lengths > 0 ? 2 * u.cross(v).norm() / lengths : 0;
 }
 
-std::vector<double> curvature_of_chains(std::span<const Vector3d> points, const Features& features) {
-    std::vector<double> curvature(points.size(), 0);
-    for (const FeatureChain& chain : features.chains) {
-        const int n = static_cast<int>(chain.vertices.size());
+// Curvatures at the vertices of feature curves.
+class ChainCurvature {
+  public:
+    // @param finest  one for each vertex
+    ChainCurvature(std::span<const Vector3d> points, double negligible_height, std::span<const double> finest)
+        : points_(points), negligible_height_(negligible_height), finest_(finest), curvature_(points.size(), 0) {}
+
+    void add(const FeatureChain& chain) {
+        const int n = static_cast<int>(chain.vertices.size()), edges = chain.num_edges();
         for (int i = chain.closed ? 0 : 1; i < (chain.closed ? n : n - 1); ++i)
-            curvature[chain.vertices[i]] = circle_curvature(points[chain.vertex(i + n - 1)], points[chain.vertices[i]], points[chain.vertex(i + 1)]);
+            curvature_[chain.vertices[i]] = circle_curvature(points_[chain.vertex(i + n - 1)], points_[chain.vertices[i]], points_[chain.vertex(i + 1)]);
+        if (chain.closed) return;
+        const auto is_straight = [&](int i) { return is_straight_chord(points_, chain, i); };
+        int first = 0, last = edges - 1;
+        while (first < edges && !is_straight(first)) ++first;
+        while (last >= 0 && !is_straight(last)) --last;
+        if (last < 0) return;
+        pass_over(chain, first + 1, first, -1);
+        pass_over(chain, last, last + 1, 1);
     }
-    return curvature;
-}
+
+    std::vector<double> result() { return std::move(curvature_); }
+
+  private:
+    // From a straight chord to the end of the chain, if the bend there is negligible.
+    void pass_over(const FeatureChain& chain, int before, int begin, int step) {
+        const Vector3d& origin = points_[chain.vertices[begin]];
+        const Vector3d straight = (origin - points_[chain.vertices[before]]).stableNormalized();
+        double length = 0, height = 0;
+        int i = begin;
+        for (; i + step >= 0 && i + step < std::ssize(chain.vertices); i += step) {
+            const Vector3d &p = points_[chain.vertices[i]], &q = points_[chain.vertices[i + step]];
+            length += (q - p).norm();
+            height = std::max(height, (q - origin).cross(straight).norm());
+        }
+        if (height > negligible_height_ && length > finest_[chain.vertices[begin]]) return;
+        for (; i != before; i -= step) curvature_[chain.vertices[i]] = 0;
+    }
+
+    std::span<const Vector3d> points_;
+    double negligible_height_;
+    std::span<const double> finest_;
+    std::vector<double> curvature_;
+};
 
 double diagonal_of(const TriangleSoup& soup) {
     if (soup.triangles.empty()) throw std::invalid_argument("a surface without triangles");
@@ -94,41 +131,71 @@ Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& opti
     : soup_(std::move(soup)), mesh_(static_cast<int>(soup_.points.size()), soup_.triangles), diagonal_(diagonal_of(soup_)) {
     KnownFeatures known{.edges = soup_.edges, .corners = soup_.corners};
     if (options.label_borders) known.labels = soup_.labels;
+    part_share_ = part_shares(soup_, diagonal_);
+    std::vector<double> finest(soup_.points.size(), options.finest);
+    for (std::size_t v = 0; options.finest_by_part && v < finest.size(); ++v) finest[v] *= part_share_[v];
     const PlanarRegions regions(soup_.points, mesh_);
-    features_ = find_features(soup_.points, mesh_, options.features, known, &regions);
     flats_ = find_flat_faces(soup_.points, mesh_, regions);
+    const ThinRounds thin = find_thin_rounds(soup_.points, mesh_, regions, flats_, options.negligible_height, finest);
+    FeatureOptions features = options.features;
+    features.no_creases.insert(features.no_creases.end(), thin.others.begin(), thin.others.end());
+    for (const std::array<int, 2>& edge : thin.others) features.no_corners.insert(features.no_corners.end(), edge.begin(), edge.end());
+    std::vector<std::array<int, 2>> edges = soup_.edges;
+    edges.insert(edges.end(), thin.ridges.begin(), thin.ridges.end());
+    known.edges = edges;
+    features_ = find_features(soup_.points, mesh_, features, known, &regions);
     frozen_ = frozen_elements(soup_.points, mesh_, soup_.required);
     wedges_ = wedges_of(mesh_);
     const std::vector<Vector3d> normals = wedge_normals(soup_.points, mesh_, wedges_);
     curvature_ = estimate_curvature(soup_.points, mesh_, wedges_, normals, {.least_curvature = options.least_curvature});
-    curve_curvature_ = curvature_of_chains(soup_.points, features_);
-    heed_flats(regions);
-    part_share_ = part_shares(soup_, diagonal_);
+    ChainCurvature on_chains(soup_.points, options.negligible_height, finest);
+    for (const FeatureChain& chain : features_.chains) on_chains.add(chain);
+    curve_curvature_ = on_chains.result();
+    heed_strips(regions, thin);
 }
 
-// At flat faces the fits see both what is flat and the round beside it. The facets of the round, between tangent planes, tell better.
-void Triangulation::heed_flats(const PlanarRegions& regions) {
-    if (flats_.empty()) return;
+namespace {
+
+// What strips tell of the curvature at a vertex: by how much they turn over their width there, flat faces not counted. 0: nothing.
+double curvature_of_strips(const Connectivity& mesh, const Wedges& wedges, int wedge, const PlanarRegions& regions, const FlatFaces& flats) {
+    double largest = 0;
+    wedges.for_each(mesh, wedge, [&](int h) {
+        for (const int e : {h, Connectivity::prev(h)}) {
+            const int g = mesh.twin(e);
+            if (g < 0 || mesh.tag(e) >= 0) continue;
+            double width = 0;
+            for (const int side : {e, g}) {
+                if (flats.of(side / 3) >= 0 || regions.num_facets(regions.of(side / 3)) < 2) continue;
+                const double near = mesh.origin(side) == wedges.vertex[wedge] ? kAtEnd : 1 - kAtEnd;
+                const PlanarRegions::Way way = regions.across(side, kInfinity, near);
+                width += (way.exit >= 0 && regions.is_parallel(side, way.exit) ? way : regions.across(side)).length / 2;
+            }
+            if (const double turn = regions.turn_at(e); width > 0 && std::abs(turn) > std::abs(largest) * width) largest = turn / width;
+        }
+    });
+    return largest;
+}
+
+}  // namespace
+
+// Polynomials see what is flat and the rounds beside it, and little of rounds of few strips. The strips, between tangent planes, tell better;
+// thin rounds do not count.
+void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& thin) {
     for (int wedge = 0; wedge < wedges_.size(); ++wedge) {
         if (wedges_.first[wedge] == Connectivity::kNone) continue;
         int face = -1;
-        double largest = 0;
+        bool of_planes = true, is_thin = !flats_.empty();
         wedges_.for_each(mesh_, wedge, [&](int h) {
             if (flats_.of(h / 3) >= 0) face = flats_.of(h / 3);
+            else is_thin = is_thin && thin.has(h / 3);
+            of_planes = of_planes && regions.num_facets(regions.of(h / 3)) > 1;
         });
-        if (face < 0) continue;
-        wedges_.for_each(mesh_, wedge, [&](int h) {
-            for (const int e : {h, Connectivity::prev(h)}) {
-                const int g = mesh_.twin(e);
-                if (g < 0 || mesh_.tag(e) >= 0) continue;
-                double width = 0;
-                for (const int side : {e, g})
-                    if (flats_.of(side / 3) < 0 && regions.num_facets(regions.of(side / 3)) > 1) width += regions.across(side).length / 2;
-                if (const double turn = regions.turn_at(e); width > 0 && std::abs(turn) > std::abs(largest) * width) largest = turn / width;
-            }
-        });
-        if (largest != 0) curvature_[wedge] = {largest, 0, flats_.normals[face], 0, 0};
-        else curvature_[wedge].normal = flats_.normals[face];
+        WedgeCurvature& curvature = curvature_[wedge];
+        if (face >= 0) curvature.normal = flats_.normals[face];
+        if (is_thin) curvature = {0, 0, curvature.normal, 0, 0};
+        if (is_thin || (face < 0 && !of_planes)) continue;
+        const double largest = curvature_of_strips(mesh_, wedges_, wedge, regions, flats_);
+        if (largest != 0) curvature = {largest, face >= 0 ? 0 : std::clamp(curvature.k2, -std::abs(largest), std::abs(largest)), curvature.normal, 0, 0};
     }
 }
 
@@ -250,7 +317,7 @@ class Cutter {
         for (const Bounds::Bound& bound : bounds) sizes_.push_back(bound.size);
         heed_short_curves();
         SizingRule unclamped = rule;
-        unclamped.hmax = std::numeric_limits<double>::infinity();
+        unclamped.hmax = kInfinity;
         const auto most = [&](int v, double length) {
             double curvature = on_curve_[v];
             mesh_.for_each_outgoing(v, [&](int h) { curvature = std::max(curvature, at_corner_[h]); });

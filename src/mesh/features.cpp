@@ -47,7 +47,7 @@ class Finder {
         find_normals();
         if (regions_) mark_creases();
         for (const auto& [a, b] : options_.no_creases)
-            if (const int h = mesh_.find_edge(a, b); h >= 0 && kind_[edge_of(mesh_, h)] <= Kind::Crease) kind_[edge_of(mesh_, h)] = Kind::None;
+            if (const int h = mesh_.find_edge(a, b); h >= 0 && kind_[edge_of(mesh_, h)] <= Kind::Ridge) kind_[edge_of(mesh_, h)] = Kind::None;
         continue_creases();
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
             if (kind_[h] >= Kind::Crease) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
@@ -62,8 +62,10 @@ class Finder {
         features.corner.assign(mesh_.num_vertices(), 0);
         for (const int v : known_corners) features.corner[v] = 1;
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) mesh_.set_tag(h, -1);
+        std::vector<char> turns_on(mesh_.num_vertices(), 0);
+        for (const int v : options_.no_corners) turns_on[v] = 1;
         for (int v = 0; v < mesh_.num_vertices(); ++v)
-            if (degree_[v] > 0 ? degree_[v] != 2 || is_turn(v) || is_high_jag(v) : is_tip(v)) features.corner[v] = 1;
+            if (degree_[v] > 0 ? degree_[v] != 2 || (!turns_on[v] && (is_turn(v) || is_high_jag(v))) : is_tip(v)) features.corner[v] = 1;
         // Chains from corner to corner, then the closed ones.
         for (const bool from_corner : {true, false})
             for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
@@ -610,6 +612,13 @@ class Finder {
 };
 
 }  // namespace
+
+bool is_straight_chord(Points points, const FeatureChain& chain, int i) {
+    const int edges = chain.num_edges();
+    const auto length = [&](int j) { return (points[chain.vertex(j + 1)] - points[chain.vertex(j)]).norm(); };
+    const bool before = i > 0 || chain.closed, after = i + 1 < edges || chain.closed;
+    return (!before || length(i) > kAlikeWidths * length((i + edges - 1) % edges)) && (!after || length(i) > kAlikeWidths * length((i + 1) % edges));
+}
 
 Features find_features(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known, const PlanarRegions* regions) {
     std::optional<PlanarRegions> own;

@@ -14,7 +14,6 @@ using Eigen::Vector3d;
 constexpr double kRoundings = 2;         // off a plane, of corners that are on it
 constexpr double kFlatness = 1e-7;       // the same over the longest side of its largest facet
 constexpr double kSameWay = 0.5;         // cosine between normals of facets of one plane, which are not folded over each other
-constexpr double kSharpestRound = 0.96;  // radians: rounds turn by no more from facet to facet, 55 degrees
 constexpr double kBegins = 1.9;          // next turn over that of the joint where a round begins, about
 constexpr double kSameTurn = 1e-6;       // by how much turns of one round differ, relative
 constexpr double kParallel = 0.7;        // cosine between edges on both sides of a strip
@@ -111,11 +110,11 @@ PlanarRegions::PlanarRegions(std::span<const Vector3d> points, const Connectivit
     }
 }
 
-PlanarRegions::Way PlanarRegions::across(int h, double farthest) const {
+PlanarRegions::Way PlanarRegions::across(int h, double farthest, double start) const {
     const int region = region_[h / 3];
     const Vector3d& normal = normals_[region];
     const Vector3d along = points_[mesh_->target(h)] - points_[mesh_->origin(h)];
-    const Vector3d from = points_[mesh_->origin(h)] + along / 2, way = normal.cross(along).stableNormalized(), aside = way.cross(normal);
+    const Vector3d from = points_[mesh_->origin(h)] + start * along, way = normal.cross(along).stableNormalized(), aside = way.cross(normal);
     Way found{0, h};
     for (int facets = 0; facets < kMostFacets; ++facets) {
         // The way goes on through the side opposite to the corner that is on the same side of it as the apex.
@@ -141,6 +140,11 @@ double PlanarRegions::turn_at(int h) const {
     return std::atan2(n.cross(m).dot(axis), n.dot(m));
 }
 
+bool PlanarRegions::is_parallel(int h, int g) const {
+    const auto along = [&](int e) { return (points_[mesh_->target(e)] - points_[mesh_->origin(e)]).stableNormalized(); };
+    return std::abs(along(h).dot(along(g))) >= kParallel;
+}
+
 BendSide PlanarRegions::side_of(int h) const {
     const Way own = across(h);
     BendSide side{own.length, 0, 0};
@@ -150,8 +154,7 @@ BendSide PlanarRegions::side_of(int h) const {
     const auto turn_to = [&](int t) { return -way * std::atan2(normal.cross(normal_at(t)).dot(axis), normal.dot(normal_at(t))); };
     if (own.exit < 0) return side;
     const int beyond = mesh_->twin(own.exit);
-    const Vector3d end = (points_[mesh_->target(own.exit)] - points_[mesh_->origin(own.exit)]).stableNormalized();
-    if (std::abs(end.dot(axis)) >= kParallel) {
+    if (is_parallel(h, own.exit)) {
         if (beyond < 0) return side;
         side.next_turn = turn_to(beyond / 3);
         side.next_width = across(beyond).length;

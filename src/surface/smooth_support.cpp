@@ -135,18 +135,12 @@ void SmoothSupport::find_tangents(const Features& features) {
     tangents_.assign(mesh_->num_vertices(), Vector3d::Zero());
     for (const FeatureChain& chain : features.chains) {
         const int n = static_cast<int>(chain.vertices.size()), edges = chain.num_edges();
-        const auto length = [&](int i) { return (points_[chain.vertex(i + 1)] - points_[chain.vertex(i)]).norm(); };
-        const auto is_straight = [&](int i) {
-            const double own = length(i);
-            const bool before = i > 0 || chain.closed, after = i + 1 < edges || chain.closed;
-            return (!before || own > kAlikeWidths * length((i + edges - 1) % edges)) && (!after || own > kAlikeWidths * length((i + 1) % edges));
-        };
         for (int i = chain.closed ? 0 : 1; i < (chain.closed ? n : n - 1); ++i) {
             const Vector3d &a = points_[chain.vertex(i + n - 1)], &b = points_[chain.vertices[i]], &c = points_[chain.vertex(i + 1)];
             const int before = (i + edges - 1) % edges;
             Vector3d& tangent = tangents_[chain.vertices[i]];
-            if (is_straight(before)) tangent = unit_or_zero(b - a);
-            else if (is_straight(i)) tangent = unit_or_zero(c - b);
+            if (is_straight_chord(points_, chain, before)) tangent = unit_or_zero(b - a);
+            else if (is_straight_chord(points_, chain, i)) tangent = unit_or_zero(c - b);
             else tangent = circle_tangent(a, b, c);
         }
     }

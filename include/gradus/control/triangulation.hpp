@@ -6,6 +6,7 @@
 #include "gradus/curvature/estimate.hpp"
 #include "gradus/mesh/features.hpp"
 #include "gradus/mesh/frozen.hpp"
+#include "gradus/mesh/thin_rounds.hpp"
 #include "gradus/surface/smooth_support.hpp"
 
 #include <vector>
@@ -16,6 +17,11 @@ struct TriangulationOptions {
     FeatureOptions features = {};
     bool label_borders = true;       ///< edges between different labels are features
     double least_curvature = 0;      ///< see EstimateOptions
+    /// What elements cannot or need not follow: rounds between flat faces, and bends of feature curves between a straight part and a corner,
+    /// that leave those by no more than the height, or are no longer than the finest size. They ask for no sizes, and the middle of such a
+    /// round is a ridge (ThinRounds). Units of length; the finest size of a connected part is in proportion to its diagonal if it goes by part.
+    double negligible_height = 0, finest = 0;
+    bool finest_by_part = false;
 };
 
 /// Immutable after construction; not to be moved, as its parts refer to each other.
@@ -43,7 +49,7 @@ class Triangulation {
     SmoothSupport support(const SmoothSupport::Options& options = {}) const;
 
   private:
-    void heed_flats(const PlanarRegions& regions);
+    void heed_strips(const PlanarRegions& regions, const ThinRounds& thin);
 
     TriangleSoup soup_;
     Connectivity mesh_;

@@ -31,8 +31,9 @@ struct FeatureOptions {
     /// Turns between strips of planes, or of their outlines, are ridges, or corners, where a round through them would rise more than this over
     /// its facets: to follow it would take elements far smaller than these. Unit of length.
     double largest_sag = std::numeric_limits<double>::infinity();
-    /// Edges, by their ends, that are no creases by their angles alone.
+    /// Edges, by their ends, that are no creases by their angles alone, and vertices that are no corners by turns of a curve.
     std::vector<std::array<int, 2>> no_creases = {};
+    std::vector<int> no_corners = {};
     double corner_angle = 0.785;  ///< turn of a feature curve from which its vertex is a corner, radians: 45 degrees
     /// Within reach of these places edges that turn by more than 60 degrees are creases, however rough the surface is.
     std::vector<Eigen::Vector3d> places = {};
@@ -68,6 +69,9 @@ struct KnownFeatures {
     std::span<const int> corners{};
     std::span<const int> labels{};  ///< one per triangle: edges between different labels are features
 };
+
+/// Whether edge i of a chain is longer than those it meets, by more than chords of a round are: a straight part of an outline.
+bool is_straight_chord(std::span<const Eigen::Vector3d> points, const FeatureChain& chain, int i);
 
 /// Boundaries, creases with hysteresis (an edge above the weak angle is one where it continues a crease), borders of labels and
 /// what is given. Half-edges of `mesh` are tagged with the number of their chain, others with -1.

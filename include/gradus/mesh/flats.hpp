@@ -31,6 +31,9 @@ struct BendSide {
 /// Parts of a round are about as wide as each other: within this factor.
 constexpr double kAlikeWidths = 2;
 
+/// Rounds turn by no more from facet to facet, radians: 55 degrees.
+constexpr double kSharpestRound = 0.96;
+
 /// What is left of a bend, radians, once both sides have explained their share as facets of a round: each half of its next turn, as for
 /// points of a circle. A side that is wider than the other one, or than what follows it, is flat and explains nothing. Nothing is left where a
 /// side turns on by more, up to 55 degrees: where the bend is where a round begins.
@@ -52,14 +55,16 @@ class PlanarRegions {
     /// The normal of the region of a triangle: also of facets that are too narrow to have one of their own.
     const Eigen::Vector3d& normal_at(int triangle) const { return normals_[region_[triangle]]; }
 
-    /// Straight from the middle of half-edge h over the region of its triangle.
+    /// Straight over the region of the triangle of half-edge h, beginning at that part of its length.
     struct Way {
         double length = 0;  ///< unit of length; `farthest` where it is not left before
         int exit = -1;      ///< half-edge of the region where it is left; -1: it was not left before `farthest`
     };
-    Way across(int h, double farthest = std::numeric_limits<double>::infinity()) const;
+    Way across(int h, double farthest = std::numeric_limits<double>::infinity(), double start = 0.5) const;
     /// The angle by which the surface bends at an edge, radians, positive where it bends to the inside; 0 at boundaries.
     double turn_at(int h) const;
+    /// Whether two edges of a region run the same way, so that it is a strip between them.
+    bool is_parallel(int h, int g) const;
     /// Of the section across the edge of h, on the side of the triangle of h.
     BendSide side_of(int h) const;
 

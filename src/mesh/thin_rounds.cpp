@@ -1,0 +1,112 @@
+#include "gradus/mesh/thin_rounds.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace gradus {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kMostStrips = 100;  // to one side
+constexpr double kTie = 1e-6;     // relative: two rows of edges are as far from the middle
+
+class Finder {
+  public:
+    Finder(std::span<const Vector3d> points, const Connectivity& mesh, const PlanarRegions& regions, const FlatFaces& flats, double height,
+           std::span<const double> width)
+        : points_(points), mesh_(mesh), regions_(regions), flats_(flats), height_(height), width_(width) {}
+
+    ThinRounds run() {
+        ThinRounds found;
+        std::vector<char> thin(regions_.size(), 0), thick(regions_.size(), 0);
+        std::vector<Row> rows;
+        for (int h = 0; h < 3 * mesh_.num_triangles(); ++h) {
+            if (!mesh_.is_live_triangle(h / 3) || mesh_.twin(h) < h) continue;
+            const std::optional<Row> row = row_at(h);
+            if (!row) continue;
+            for (const Arm& arm : row->arms)
+                for (const int region : arm.strips) (row->is_thin ? thin : thick)[region] = 1;
+            if (row->is_thin) rows.push_back(*row);
+        }
+        const auto is_passed_over = [&](int region) { return thin[region] && !thick[region]; };
+        for (const Row& row : rows) {
+            const auto is_whole = [&](const Arm& arm) { return std::all_of(arm.strips.begin(), arm.strips.end(), is_passed_over); };
+            if (!is_whole(row.arms[0]) || !is_whole(row.arms[1])) continue;
+            (row.is_middle ? found.ridges : found.others).push_back({mesh_.origin(row.edge), mesh_.target(row.edge)});
+        }
+        if (found.ridges.empty()) return found;
+        found.has_triangle.resize(mesh_.num_triangles());
+        for (int t = 0; t < mesh_.num_triangles(); ++t) found.has_triangle[t] = mesh_.is_live_triangle(t) && is_passed_over(regions_.of(t));
+        return found;
+    }
+
+  private:
+    // From an edge straight over the strips on one side of it, up to a flat face.
+    struct Arm {
+        int face = -1;
+        double width = 0, height = 0;  // of the strips; of the middle of the edge over the plane of the face
+        double first = 0;              // width of the strip beside the edge
+        std::vector<int> strips;       // regions
+    };
+    struct Row {
+        int edge;
+        std::array<Arm, 2> arms;
+        bool is_thin, is_middle;
+    };
+
+    bool is_part_of_round(double turn, double first_turn) const { return turn * first_turn > 0 && std::abs(turn) <= kSharpestRound; }
+
+    std::optional<Arm> arm_at(int h, double turn) const {
+        Arm arm;
+        const Vector3d from = (points_[mesh_.origin(h)] + points_[mesh_.target(h)]) / 2;
+        for (int strips = 0; flats_.of(h / 3) < 0; ++strips) {
+            if (strips == kMostStrips || regions_.num_facets(regions_.of(h / 3)) < 2) return std::nullopt;
+            const PlanarRegions::Way way = regions_.across(h);
+            if (way.exit < 0 || mesh_.twin(way.exit) < 0 || !regions_.is_parallel(h, way.exit)) return std::nullopt;
+            if (!is_part_of_round(regions_.turn_at(way.exit), turn)) return std::nullopt;
+            if (strips == 0) arm.first = way.length;
+            arm.width += way.length;
+            arm.strips.push_back(regions_.of(h / 3));
+            h = mesh_.twin(way.exit);
+        }
+        arm.face = flats_.of(h / 3);
+        arm.height = std::abs(flats_.normals[arm.face].dot(from - points_[mesh_.origin(h)]));
+        return arm;
+    }
+
+    std::optional<Row> row_at(int h) const {
+        if (regions_.of(h / 3) == regions_.of(mesh_.twin(h) / 3)) return std::nullopt;
+        const double turn = regions_.turn_at(h);
+        if (!is_part_of_round(turn, turn)) return std::nullopt;
+        auto one = arm_at(h, turn);
+        if (!one) return std::nullopt;
+        auto other = arm_at(mesh_.twin(h), turn);
+        if (!other || one->strips.size() + other->strips.size() == 0) return std::nullopt;
+        // So that of two rows as far from the middle all edges choose the same.
+        if (other->face < one->face) std::swap(one, other);
+        const double width = one->width + other->width, off = one->width - other->width;
+        const auto is_nearer = [&](double there) { return std::abs(off) < std::abs(there) - kTie * width || (std::abs(std::abs(off) - std::abs(there)) <= kTie * width && off > 0); };
+        const bool is_middle = (one->strips.empty() || is_nearer(off - 2 * one->first)) && (other->strips.empty() || is_nearer(off + 2 * other->first));
+        return Row{h, {*one, *other}, width <= width_[mesh_.origin(h)] || std::max(one->height, other->height) <= height_, is_middle};
+    }
+
+    std::span<const Vector3d> points_;
+    const Connectivity& mesh_;
+    const PlanarRegions& regions_;
+    const FlatFaces& flats_;
+    double height_;
+    std::span<const double> width_;
+};
+
+}  // namespace
+
+ThinRounds find_thin_rounds(std::span<const Vector3d> points, const Connectivity& mesh, const PlanarRegions& regions, const FlatFaces& flats,
+                            double height, std::span<const double> width) {
+    if (flats.empty()) return {};
+    return Finder(points, mesh, regions, flats, height, width).run();
+}
+
+}  // namespace gradus
