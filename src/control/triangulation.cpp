@@ -151,36 +151,72 @@ Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& opti
     ChainCurvature on_chains(soup_.points, options.negligible_height, finest);
     for (const FeatureChain& chain : features_.chains) on_chains.add(chain);
     curve_curvature_ = on_chains.result();
-    heed_strips(regions, thin);
+    heed_strips(regions, thin, normals);
 }
 
 namespace {
 
-// What strips tell of the curvature at a vertex: by how much they turn over their width there, flat faces not counted. 0: nothing.
-double curvature_of_strips(const Connectivity& mesh, const Wedges& wedges, int wedge, const PlanarRegions& regions, const FlatFaces& flats) {
-    double largest = 0;
-    wedges.for_each(mesh, wedge, [&](int h) {
-        for (const int e : {h, Connectivity::prev(h)}) {
-            const int g = mesh.twin(e);
-            if (g < 0 || mesh.tag(e) >= 0) continue;
-            double width = 0;
-            for (const int side : {e, g}) {
-                if (flats.of(side / 3) >= 0 || regions.num_facets(regions.of(side / 3)) < 2) continue;
-                const double near = mesh.origin(side) == wedges.vertex[wedge] ? kAtEnd : 1 - kAtEnd;
-                const PlanarRegions::Way way = regions.across(side, kInfinity, near);
-                width += (way.exit >= 0 && regions.is_parallel(side, way.exit) ? way : regions.across(side)).length / 2;
-            }
-            if (const double turn = regions.turn_at(e); width > 0 && std::abs(turn) > std::abs(largest) * width) largest = turn / width;
+// What the planes around a vertex tell of the surface there.
+class Strips {
+  public:
+    Strips(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges, const PlanarRegions& regions, const FlatFaces& flats)
+        : points_(points), mesh_(mesh), wedges_(wedges), regions_(regions), flats_(flats) {}
+
+    void look_at(int wedge) {
+        largest = 0;
+        straight = Vector3d::Zero();
+        wedges_.for_each(mesh_, wedge, [&](int h) {
+            for (const int e : {h, Connectivity::prev(h)})
+                if (mesh_.twin(e) >= 0 && mesh_.tag(e) < 0) look_across(e, wedges_.vertex[wedge]);
+        });
+    }
+
+    double largest = 0;                   // curvature: how much strips turn over their width, 0 if there are none
+    Vector3d straight = Vector3d::Zero();  // unit, a direction in which there is a long strip and nothing as long behind; zero if there is none
+
+  private:
+    bool is_plane(int h) const { return regions_.num_facets(regions_.of(h / 3)) > 1; }
+
+    // Of the plane beside an edge near its end at v.
+    double width_at(int h, int v) const {
+        const PlanarRegions::Way way = regions_.across(h, kInfinity, mesh_.origin(h) == v ? kAtEnd : 1 - kAtEnd);
+        return (way.exit >= 0 && regions_.is_parallel(h, way.exit) ? way : regions_.across(h)).length;
+    }
+
+    void look_across(int e, int v) {
+        const double turn = regions_.turn_at(e);
+        if (turn == 0) return;
+        const int sides[] = {e, mesh_.twin(e)};
+        double width[2], sum = 0;
+        for (int k = 0; k < 2; ++k) width[k] = is_plane(sides[k]) ? width_at(sides[k], v) : 0;
+        for (int k = 0; k < 2; ++k) {
+            // What is wide is no part of the round that begins beside it.
+            const bool is_long = width[k] > kAlikeWidths * width[1 - k] && width[1 - k] > 0;
+            if (flats_.of(sides[k] / 3) < 0 && !is_long) sum += width[k] / 2;
+            if (is_long && std::abs(turn) <= kSharpestRound) add_straight(sides[k]);
         }
-    });
-    return largest;
-}
+        if (sum > 0 && std::abs(turn) > std::abs(largest) * sum) largest = turn / sum;
+    }
+
+    void add_straight(int h) {
+        const Vector3d way = regions_.normal_at(h / 3).cross(points_[mesh_.target(h)] - points_[mesh_.origin(h)]).stableNormalized();
+        straight = (straight + (straight.dot(way) < 0 ? Vector3d(-way) : way)).stableNormalized();
+    }
+
+    std::span<const Vector3d> points_;
+    const Connectivity& mesh_;
+    const Wedges& wedges_;
+    const PlanarRegions& regions_;
+    const FlatFaces& flats_;
+};
 
 }  // namespace
 
 // Polynomials see what is flat and the rounds beside it, and little of rounds of few strips. The strips, between tangent planes, tell better;
 // thin rounds do not count.
-void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& thin) {
+// @param normals  of facets, averaged around the wedges
+void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& thin, std::span<const Vector3d> normals) {
+    Strips strips(soup_.points, mesh_, wedges_, regions, flats_);
     for (int wedge = 0; wedge < wedges_.size(); ++wedge) {
         if (wedges_.first[wedge] == Connectivity::kNone) continue;
         int face = -1;
@@ -191,11 +227,14 @@ void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& 
             of_planes = of_planes && regions.num_facets(regions.of(h / 3)) > 1;
         });
         WedgeCurvature& curvature = curvature_[wedge];
-        if (face >= 0) curvature.normal = flats_.normals[face];
+        if (of_planes) curvature.normal = normals[wedge];
         if (is_thin) curvature = {0, 0, curvature.normal, 0, 0};
+        if (face >= 0) curvature.normal = flats_.normals[face];
         if (is_thin || (face < 0 && !of_planes)) continue;
-        const double largest = curvature_of_strips(mesh_, wedges_, wedge, regions, flats_);
-        if (largest != 0) curvature = {largest, face >= 0 ? 0 : std::clamp(curvature.k2, -std::abs(largest), std::abs(largest)), curvature.normal, 0, 0};
+        strips.look_at(wedge);
+        if (face < 0) curvature.normal = (curvature.normal - curvature.normal.dot(strips.straight) * strips.straight).stableNormalized();
+        const double largest = strips.largest, k2 = face >= 0 ? 0 : std::clamp(curvature.k2, -std::abs(largest), std::abs(largest));
+        if (largest != 0) curvature = {largest, k2, curvature.normal, 0, 0};
     }
 }
 

@@ -19,8 +19,7 @@ constexpr double kRelief = 0.15;         // of the scale
 constexpr double kJag = 1;               // height of a jag over the scale, from which it is a corner nevertheless
 constexpr double kSliver = 1.0 / 3;      // width of a facet between two creases over its length, at most
 constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
-constexpr double kRidge = 2.0 / 3;       // of its turn, that the facets beside a ridge do not explain
-constexpr double kCorner = 0.3;          // the same of corners of outlines that turn by as much as creases do
+constexpr double kCorner = 0.3;          // of its turn, what is unexplained of a corner of an outline that turns by as much as creases do
 constexpr double kTip = 1.2;             // angle defect of the point of a cone, radians: it opens by less than 108 degrees
 constexpr double kTipRelief = 1;         // height over the scale
 // A crease stands out where the surface beside it turns little: by this part of the crease's own turn at most, or by what that
@@ -140,7 +139,7 @@ class Finder {
     Kind kind_of(int h, double turn, bool of_strips) const {
         const BendSide one = regions_->side_of(h), other = regions_->side_of(mesh_.twin(h));
         const double unexplained = unexplained_turn(turn, one, other), width = std::min(one.width, other.width);
-        if (of_strips && turn >= options_.ridge_angle && ((unexplained > kRidge * turn && rises(width, turn)) || sags(width, turn, one, other))) return Kind::Ridge;
+        if (of_strips && turn >= options_.ridge_angle && ((is_ridge(turn, one, other) && rises(width, turn)) || sags(width, turn, one, other))) return Kind::Ridge;
         if (turn < options_.weak_angle) return Kind::None;
         if (turn < options_.sharp_angle && unexplained <= turn / 2) return Kind::None;
         if (options_.scale > 0 && relief(h) < kRelief * options_.scale) return Kind::None;
@@ -528,7 +527,7 @@ class Finder {
         const BendSide one = side_to(a), other = side_to(b);
         const double width = std::min(one.width, other.width);
         if (sags(width, turn, one, other)) return true;
-        return rises(width, turn) && unexplained_turn(turn, one, other) > (turn < options_.angle ? kRidge : kCorner) * turn;
+        return rises(width, turn) && (turn < options_.angle ? is_ridge(turn, one, other) : unexplained_turn(turn, one, other) > kCorner * turn);
     }
 
     // Whether an edge surely is a feature, with planes of several facets on both sides, or on the only one.

@@ -15,6 +15,7 @@ constexpr double kRoundings = 2;         // off a plane, of corners that are on 
 constexpr double kFlatness = 1e-7;       // the same over the longest side of its largest facet
 constexpr double kSameWay = 0.5;         // cosine between normals of facets of one plane, which are not folded over each other
 constexpr double kBegins = 1.9;          // next turn over that of the joint where a round begins, about
+constexpr double kRidge = 2.0 / 3;       // of its turn, that the facets beside a ridge do not explain
 constexpr double kSameTurn = 1e-6;       // by how much turns of one round differ, relative
 constexpr double kParallel = 0.7;        // cosine between edges on both sides of a strip
 constexpr int kMostFacets = 200;         // on a way over a region
@@ -68,6 +69,8 @@ double unexplained_turn(double turn, const BendSide& one, const BendSide& other)
     return std::max(0.0, turn - explained_by(turn, one, other.width) - explained_by(turn, other, one.width));
 }
 
+bool is_ridge(double turn, const BendSide& one, const BendSide& other) { return unexplained_turn(turn, one, other) > kRidge * turn; }
+
 PlanarRegions::PlanarRegions(std::span<const Vector3d> points, const Connectivity& mesh)
     : points_(points), mesh_(&mesh), region_(mesh.num_triangles(), -1) {
     const double roundings = kRoundings * resolution_of(points);
@@ -107,6 +110,35 @@ PlanarRegions::PlanarRegions(std::span<const Vector3d> points, const Connectivit
             }
         normals_.push_back(members.size() == 1 ? normal : Vector3d(sum.stableNormalized()));
         num_facets_.push_back(static_cast<int>(members.size()));
+    }
+    find_reaches();
+}
+
+// Strips are quadrangles. What has more corners reaches as far from a joint as from most of its joints; where a crease cuts it off, that says
+// nothing of how finely it was sampled.
+void PlanarRegions::find_reaches() {
+    struct Section {
+        double width, length;
+    };
+    std::vector<std::vector<Section>> sections(size());
+    for (int h = 0; h < std::ssize(region_) * 3; ++h) {
+        const int region = region_[h / 3], g = mesh_->twin(h);
+        if (region < 0 || num_facets_[region] <= 2 || g < 0 || region_[g / 3] == region || std::abs(turn_at(h)) > kSharpestRound) continue;
+        const Way way = across(h);
+        const bool is_cut = way.exit < 0 || (is_parallel(h, way.exit) && (mesh_->twin(way.exit) < 0 || std::abs(turn_at(way.exit)) > kSharpestRound));
+        sections[region].push_back({is_cut ? std::numeric_limits<double>::infinity() : way.length, (points_[mesh_->target(h)] - points_[mesh_->origin(h)]).norm()});
+    }
+    reach_.assign(size(), 0);
+    for (int region = 0; region < size(); ++region) {
+        std::vector<Section>& of = sections[region];
+        std::sort(of.begin(), of.end(), [](const Section& a, const Section& b) { return a.width < b.width; });
+        double all = 0, sum = 0;
+        for (const Section& s : of) all += s.length;
+        for (const Section& s : of)
+            if (sum += s.length; sum >= all / 2) {
+                reach_[region] = s.width;
+                break;
+            }
     }
 }
 
@@ -155,9 +187,8 @@ BendSide PlanarRegions::side_of(int h) const {
     if (own.exit < 0) return side;
     const int beyond = mesh_->twin(own.exit);
     if (is_parallel(h, own.exit)) {
-        if (beyond < 0) return side;
-        side.next_turn = turn_to(beyond / 3);
-        side.next_width = across(beyond).length;
+        if (beyond >= 0) side.next_turn = turn_to(beyond / 3), side.next_width = across(beyond).length;
+        side.width = std::max(side.width, reach_[region_[h / 3]]);
         return side;
     }
     // No strip but a facet with a corner: the farthest of those around it says whether the surface turns on.
@@ -174,16 +205,20 @@ FlatFaces find_flat_faces(std::span<const Vector3d> points, const Connectivity& 
         if (!mesh.is_live_triangle(h / 3)) continue;
         const int g = mesh.twin(h), region = regions.of(h / 3);
         if (g < 0 || regions.of(g / 3) == region || regions.normal_at(h / 3).dot(regions.normal_at(g / 3)) < least) continue;
+        const bool of_strips = regions.num_facets(region) > 1 && regions.num_facets(regions.of(g / 3)) > 1;
+        BendSide own, beyond;
+        if (of_strips) own = regions.side_of(h), beyond = regions.side_of(g);
+        if (of_strips && is_ridge(std::abs(regions.turn_at(h)), own, beyond)) continue;
         const double length = (points[mesh.target(h)] - points[mesh.origin(h)]).norm();
         smooth[region] += length;
         // On scans a facet, or two that are in a plane by chance, are among others of one; on parts what they meet are strips.
         if (regions.num_facets(region) <= 2 && regions.num_facets(regions.of(g / 3)) == 1) continue;
         // Where a facet of a round meets a plane it turns half as much as from there to the next. A bend that turns more is that of a facet which
         // is wider than its neighbours.
-        const BendSide beyond = regions.side_of(g);
+        if (!of_strips) own = regions.side_of(h), beyond = regions.side_of(g);
         const double turn = std::abs(regions.turn_at(h)), next_turn = beyond.is_strip ? beyond.next_turn : beyond.next_turn / 2;
         if (next_turn > 0 && next_turn < kSharpestRound && turn > (1 + kSameTurn) * next_turn) continue;
-        if (regions.across(h, kAlikeWidths * beyond.width).exit < 0) wide[region] += length;
+        if (own.width > kAlikeWidths * beyond.width) wide[region] += length;
     }
     FlatFaces flats;
     std::vector<int> number(regions.size(), -1);

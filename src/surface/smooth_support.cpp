@@ -14,15 +14,10 @@ using Eigen::Vector3d;
 
 constexpr double kSteepest = 0.5;  // cosine of the angle between an edge and its curve: no steeper than 60 degrees
 
-// Radians, 20 and 45 degrees: by how much a tangent of an edge may be steeper than the other, and from where on it is that of a point.
-constexpr double kRoundExcess = 0.35, kPointedExcess = 0.79;
-
 constexpr double kNormalCosine = 0.87;  // normals of vertices count as far as 30 degrees from the facet's
 constexpr double kInnerReach = 0.15;  // over the shortest edge
-// Of the curve of an edge, over the width of the narrower facet beside it, and of a patch over that of its own: where facets turn little,
-// and where they turn by so much that a smooth surface is guessed; cosines of these angles, 25 and 45 degrees.
-constexpr double kRiseOverWidth = 0.25, kRiseWhereSharp = 0.04, kLittle = 0.906, kSharp = 0.707;
-constexpr double kInnerBulge = 1.5;  // of an inner control point: a round one has about twice the height of the edges' middles
+constexpr double kReach = 4;        // of what is behind a vertex: how far beyond it a round goes on at most
+constexpr double kInnerBulge = 2;   // of an inner control point over the middles of the sides
 
 // Weight of a corner that is exact for spheres, times its normal [Max 1999].
 Vector3d corner_share(std::span<const Vector3d> points, const Connectivity& mesh, int h) {
@@ -44,16 +39,6 @@ Vector3d circle_tangent(const Vector3d& a, const Vector3d& b, const Vector3d& c)
     const double lu = u.norm(), lv = v.norm();
     if (!(lu > 0) || !(lv > 0)) return unit_or_zero(c - a);
     return unit_or_zero(u * (lv / lu) + v * (lu / lv));
-}
-
-// Tangent at one end of an edge, turned towards the edge where it is steeper than that of the other end by more than a round would be:
-// a point, such as that of a cone, is not round.
-Vector3d held_tangent(const Vector3d& tangent, const Vector3d& other, const Vector3d& along) {
-    const auto to_edge = [&](const Vector3d& t) { return std::acos(std::clamp(t.dot(along), -1.0, 1.0)); };
-    const double angle = to_edge(tangent), excess = angle - (without(tangent, along).dot(without(other, along)) < 0 ? to_edge(other) : 0);
-    if (excess <= kRoundExcess) return tangent;
-    const double held = angle - excess * std::min(1.0, (excess - kRoundExcess) / (kPointedExcess - kRoundExcess));
-    return std::cos(held) * along + std::sin(held) * unit_or_zero(without(tangent, along));
 }
 
 // Coordinates (b, c) of the point of triangle (p0, p1, p2) closest to p, and the squared distance.
@@ -90,10 +75,24 @@ std::vector<Vector3d> wedge_normals(std::span<const Vector3d> points, const Conn
 SmoothSupport::SmoothSupport(std::span<const Vector3d> points, const Connectivity& mesh, const Features& features, const Wedges& wedges,
                              const FlatFaces& flats, std::vector<Vector3d> normals, const Options& options)
     : points_(points), mesh_(&mesh), wedges_(&wedges), flats_(&flats), options_(options), normals_(std::move(normals)) {
+    find_narrowest();
     find_tangents(features);
     turn_normals(features);
     hold_flats();
     find_folds();
+}
+
+// Least height of the facets of each wedge.
+void SmoothSupport::find_narrowest() {
+    narrowest_.assign(wedges_->size(), std::numeric_limits<float>::infinity());
+    for (int t = 0; t < mesh_->num_triangles(); ++t) {
+        if (!mesh_->is_live_triangle(t)) continue;
+        const auto [a, b, c] = mesh_->triangle(t);
+        const Vector3d u = points_[b] - points_[a], v = points_[c] - points_[a];
+        const double longest = std::sqrt(std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()}));
+        const float height = longest > 0 ? static_cast<float>(u.cross(v).norm() / longest) : 0;
+        for (int h = 3 * t; h < 3 * t + 3; ++h) narrowest_[wedges_->of_corner[h]] = std::min(narrowest_[wedges_->of_corner[h]], height);
+    }
 }
 
 Vector3d SmoothSupport::facet_normal(int triangle) const {
@@ -133,6 +132,9 @@ void SmoothSupport::find_folds() {
 // the circle through three points.
 void SmoothSupport::find_tangents(const Features& features) {
     tangents_.assign(mesh_->num_vertices(), Vector3d::Zero());
+    is_tip_ = features.corner;
+    for (const FeatureChain& chain : features.chains)
+        for (const int v : chain.vertices) is_tip_[v] = 0;
     for (const FeatureChain& chain : features.chains) {
         const int n = static_cast<int>(chain.vertices.size()), edges = chain.num_edges();
         for (int i = chain.closed ? 0 : 1; i < (chain.closed ? n : n - 1); ++i) {
@@ -184,20 +186,29 @@ void SmoothSupport::turn_normals(const Features& features) {
     }
 }
 
-// How far the curve of an edge may rise over the width of what is beside it, by how much the two facets turn; not across features.
-double SmoothSupport::rise_over_width(int h) const {
-    const int g = mesh_->twin(h);
-    if (g < 0 || mesh_->tag(h) >= 0) return kRiseOverWidth;
-    const double cosine = facet_normal(h / 3).dot(facet_normal(g / 3)), sharpness = std::clamp((kLittle - cosine) / (kLittle - kSharp), 0.0, 1.0);
-    return kRiseOverWidth + sharpness * (kRiseWhereSharp - kRiseOverWidth);
-}
-
-// Height of the lower of the facets beside an edge over it.
-double SmoothSupport::width_beside(int h) const {
-    const Vector3d &a = points_[mesh_->origin(h)], along = points_[mesh_->target(h)] - a;
-    double area2 = along.cross(points_[mesh_->apex(h)] - a).squaredNorm();
-    if (const int g = mesh_->twin(h); g >= 0) area2 = std::min(area2, along.cross(points_[mesh_->apex(g)] - a).squaredNorm());
-    return std::sqrt(area2 / along.squaredNorm());
+// How far the surface goes on straight behind the origin of h, up to the far side of the facet there; for a feature curve up to its next vertex.
+// Infinite where it ends.
+double SmoothSupport::extent_behind(int h) const {
+    const Connectivity& mesh = *mesh_;
+    const int v = mesh.origin(h);
+    const Vector3d back = points_[v] - points_[mesh.target(h)];
+    double extent = std::numeric_limits<double>::infinity();
+    if (mesh.tag(h) >= 0) {
+        if (tangents_[v].isZero()) return extent;
+        mesh.for_each_edge(v, [&](int e, int other) {
+            if (mesh.tag(e) >= 0 && other != mesh.target(h)) extent = (points_[other] - points_[v]).norm();
+        });
+        return extent;
+    }
+    const int wedge = wedges_->of_corner[h];
+    const Vector3d& normal = normals_[wedge];
+    wedges_->for_each(mesh, wedge, [&](int e) {
+        const Vector3d a = points_[mesh.target(e)] - points_[v], b = points_[mesh.apex(e)] - points_[v];
+        const double left = normal.dot(a.cross(back)), right = normal.dot(back.cross(b)), area = normal.dot(a.cross(b));
+        // Behind is area / (left + right) times `back`, which is on the side from a to b.
+        if (left >= 0 && right >= 0 && left + right > 0) extent = std::min(extent, area / (left + right) * back.norm());
+    });
+    return extent;
 }
 
 // Circle-like: handles of 2/3 of the chord over 1 + cosine of the angle to it; parabola-like for small angles either way.
@@ -206,10 +217,12 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
     const Vector3d &pa = points_[a], &pb = points_[b];
     const Vector3d chord = pb - pa;
     const double length = chord.norm();
-    if (!(length > 0)) return {pa, pb};
+    if (!(length > 0)) return {pa, pb, 0};
+    // Straight lines lead to the point of a cone.
+    if (is_tip_[a] || is_tip_[b]) return {pa + chord / 3, pb - chord / 3, 0};
     const int here = flats_->of(h / 3), there = mesh_->twin(h) >= 0 ? flats_->of(mesh_->twin(h) / 3) : -1;
     // Flat faces meet in a line, and what passes over into a flat face does.
-    if ((here >= 0 && there >= 0) || (mesh_->tag(h) < 0 && (here >= 0 || there >= 0))) return {pa + chord / 3, pb - chord / 3};
+    if ((here >= 0 && there >= 0) || (mesh_->tag(h) < 0 && (here >= 0 || there >= 0))) return {pa + chord / 3, pb - chord / 3, 0};
     const Vector3d along = chord / length;
     Vector3d ta = along, tb = along;
     if (mesh_->tag(h) >= 0) {
@@ -232,7 +245,6 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
         };
         ta = tangent(h);
         tb = tangent(Connectivity::next(h));
-        std::tie(ta, tb) = std::pair(held_tangent(ta, tb, along), held_tangent(tb, ta, along));
     }
     const auto handle = [&](const Vector3d& t) {
         const double cosine = t.dot(along);
@@ -244,17 +256,22 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
     Vector3d from = handle(ta), to = handle(tb);
     // The middle of the cubic lies 3/8 of the difference of the handles off the chord, a bend either way .29 of one of them.
     const double bulge = std::max({0.375 * without(from - to, along).norm(), 0.29 * without(from, along).norm(), 0.29 * without(to, along).norm()});
-    const double most = std::min(options_.largest_bulge, rise_over_width(h) * width_beside(h));
-    if (bulge > most) {
-        const double share = most / bulge;
+    double share = bulge > options_.largest_bulge ? options_.largest_bulge / bulge : 1;
+    // What is sampled more finely behind a vertex turns there at its own pace, which says little of an edge that is far longer.
+    if (kReach * std::min(narrowest_[wedges_->of_corner[h]], narrowest_[wedges_->of_corner[Connectivity::next(h)]]) < length) {
+        double behind = extent_behind(h);
+        if (const int g = mesh_->twin(h); g >= 0) behind = std::min(behind, extent_behind(g));
+        share = std::min(share, kReach * behind / length);
+    }
+    if (share < 1) {
         from = chord / 3 + share * (from - chord / 3);
         to = chord / 3 + share * (to - chord / 3);
     }
-    return {pa + from, pb - to};
+    return {pa + from, pb - to, share * bulge};
 }
 
 Vector3d SmoothSupport::curve_point(int h, double s) const {
-    const auto [from, to] = handles(h);
+    const auto [from, to, bulge] = handles(h);
     const double r = 1 - s;
     return r * r * r * points_[mesh_->origin(h)] + 3 * r * r * s * from + 3 * r * s * s * to + s * s * s * points_[mesh_->target(h)];
 }
@@ -263,6 +280,7 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
     GregoryPatch patch;
     auto& [p, side, inner, normals] = patch;
     std::array<std::array<Vector3d, 4>, 3> cubic;
+    double bulge = 0;
     for (int k = 0; k < 3; ++k) p[k] = points_[mesh_->origin(3 * triangle + k)];
     for (int k = 0; k < 3; ++k) {
         // Both triangles of an edge take the same cubic, to the last bit.
@@ -270,10 +288,11 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
         Handles on_edge;
         if (g >= 0 && g < h) {
             const Handles other = handles(g);
-            on_edge = {other.to, other.from};
+            on_edge = {other.to, other.from, other.bulge};
         } else {
             on_edge = handles(h);
         }
+        bulge = std::max(bulge, on_edge.bulge);
         const auto& q = cubic[k] = {p[k], on_edge.from, on_edge.to, p[(k + 1) % 3]};
         side[k] = {(q[0] + 3 * q[1]) / 4, (q[1] + q[2]) / 2, (3 * q[2] + q[3]) / 4};
     }
@@ -293,9 +312,7 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
     // Control points of a fair patch lie over those of the facet, not far off it; what tangents that disagree would throw farther
     // is held back, else the patch folds or leaves its facet.
     const Vector3d area = (p[1] - p[0]).cross(p[2] - p[0]), facing = area.stableNormalized();
-    const auto [shortest, longest] = std::minmax({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
-    const double width = longest > 0 ? area.stableNorm() / longest : 0;
-    const double most = kInnerBulge * std::min(options_.largest_bulge, std::min({rise_over_width(3 * triangle), rise_over_width(3 * triangle + 1), rise_over_width(3 * triangle + 2)}) * width);
+    const double shortest = std::min({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()}), most = kInnerBulge * bulge;
     const bool is_flat = flats_->of(triangle) >= 0;
     const double reach = kInnerReach * shortest;
     for (int k = 0; k < 3; ++k) {

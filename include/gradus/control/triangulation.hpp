@@ -49,7 +49,7 @@ class Triangulation {
     SmoothSupport support(const SmoothSupport::Options& options = {}) const;
 
   private:
-    void heed_strips(const PlanarRegions& regions, const ThinRounds& thin);
+    void heed_strips(const PlanarRegions& regions, const ThinRounds& thin, std::span<const Eigen::Vector3d> normals);
 
     TriangleSoup soup_;
     Connectivity mesh_;

@@ -40,6 +40,9 @@ constexpr double kSharpestRound = 0.96;
 /// @param turn  of the bend, radians, >= 0
 double unexplained_turn(double turn, const BendSide& one, const BendSide& other);
 
+/// Whether two planes meet in a ridge rather than in a round: most of the turn is unexplained.
+bool is_ridge(double turn, const BendSide& one, const BendSide& other);
+
 /// Facets by the plane they are in.
 class PlanarRegions {
   public:
@@ -69,9 +72,12 @@ class PlanarRegions {
     BendSide side_of(int h) const;
 
   private:
+    void find_reaches();
+
     std::span<const Eigen::Vector3d> points_;
     const Connectivity* mesh_;
     std::vector<int> region_, num_facets_;
+    std::vector<double> reach_;  // of regions of more than two facets, from most of their joints; else 0
     std::vector<Eigen::Vector3d> normals_;
 };
 
