@@ -64,7 +64,7 @@ class Finder {
         std::vector<char> turns_on(mesh_.num_vertices(), 0);
         for (const int v : options_.no_corners) turns_on[v] = 1;
         for (int v = 0; v < mesh_.num_vertices(); ++v)
-            if (degree_[v] > 0 ? degree_[v] != 2 || (!turns_on[v] && (is_turn(v) || is_high_jag(v))) : is_tip(v)) features.corner[v] = 1;
+            if (degree_[v] > 0 ? degree_[v] != 2 || (!turns_on[v] && is_turn(v)) : is_tip(v)) features.corner[v] = 1;
         // Chains from corner to corner, then the closed ones.
         for (const bool from_corner : {true, false})
             for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
@@ -505,17 +505,18 @@ class Finder {
 
     bool is_turn(int v) const {
         const auto [a, b] = neighbours(v);
-        return is_outline_corner(a, v, b) || (turns(a, v, b) && turns(far_along(v, a), v, far_along(v, b)));
+        if (is_between_planes(a, v) && is_between_planes(v, b)) return is_outline_corner(a, v, b);
+        return turns(a, v, b) && (is_high_jag(a, v, b) || turns(far_along(v, a), v, far_along(v, b)));
     }
 
     // Outlines of planes are exact: a bend from a over v to b is a corner where the edges beside it are no chords of a round.
     bool is_outline_corner(int a, int v, int b) const {
-        if (!regions_ || !is_between_planes(a, v) || !is_between_planes(v, b)) return false;
         const Eigen::Vector3d before = along(a, v), after = along(v, b), axis = before.cross(after).stableNormalized();
         const double turn = std::atan2(before.cross(after).norm(), before.dot(after));
         if (turn < options_.ridge_angle) return false;
         const auto side_to = [&](int end) {
-            BendSide side{(points_[end] - points_[v]).norm(), 0, std::numeric_limits<double>::infinity()};
+            const double width = (points_[end] - points_[v]).norm();
+            BendSide side{width, width, 0, std::numeric_limits<double>::infinity()};
             if (degree_[end] != 2) return side;
             const auto [c, d] = neighbours(end);
             const int further = c == v ? d : c;
@@ -532,14 +533,14 @@ class Finder {
 
     // Whether an edge surely is a feature, with planes of several facets on both sides, or on the only one.
     bool is_between_planes(int a, int b) const {
+        if (!regions_) return false;
         const int h = mesh_.find_edge(a, b), g = mesh_.twin(h);
         const auto is_plane = [&](int side) { return side < 0 || regions_->num_facets(regions_->of(side / 3)) > 1; };
         return kind_[edge_of(mesh_, h)] >= Kind::Ridge && is_plane(h) && is_plane(g);
     }
 
-    bool is_high_jag(int v) const {
-        const auto [a, b] = neighbours(v);
-        return options_.scale > 0 && turns(a, v, b) && (points_[v] - points_[a]).cross(along(a, b)).norm() > kJag * options_.scale;
+    bool is_high_jag(int a, int v, int b) const {
+        return options_.scale > 0 && (points_[v] - points_[a]).cross(along(a, b)).norm() > kJag * options_.scale;
     }
 
     // What the angles around a vertex are short of a whole turn; none at features.

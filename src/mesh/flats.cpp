@@ -25,14 +25,14 @@ Vector3d area_vector(std::span<const Vector3d> points, const Triangle& t) {
 }
 
 // What a side explains of a bend, as a facet of a round.
-double explained_by(double turn, const BendSide& side, double other_width) {
+double explained_by(double turn, const BendSide& side, double other_reach) {
     const double next_turn = side.is_strip ? side.next_turn : std::min(side.next_turn, turn);
-    if (side.width > kAlikeWidths * other_width || side.width > kAlikeWidths * side.next_width) return 0;
+    if (side.reach > kAlikeWidths * other_reach || side.reach > kAlikeWidths * side.next_width) return 0;
     if (next_turn <= 0 || next_turn > kSharpestRound) return 0;
     // Behind the last facet of a round the turn is all its own; but a single facet between two flat faces is no round.
-    const bool ends_there = side.next_width > kAlikeWidths * side.width;
+    const bool ends_there = side.next_width > kAlikeWidths * side.reach;
     if (!ends_there) return next_turn / 2;
-    return other_width > kAlikeWidths * side.width ? 0 : next_turn;
+    return other_reach > kAlikeWidths * side.reach ? 0 : next_turn;
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ double unexplained_turn(double turn, const BendSide& one, const BendSide& other)
     // Where a round begins it turns half as much as beyond.
     for (const BendSide& side : {one, other})
         if (side.is_strip && side.next_turn >= kBegins * turn && side.next_turn <= kSharpestRound) return 0;
-    return std::max(0.0, turn - explained_by(turn, one, other.width) - explained_by(turn, other, one.width));
+    return std::max(0.0, turn - explained_by(turn, one, other.reach) - explained_by(turn, other, one.reach));
 }
 
 bool is_ridge(double turn, const BendSide& one, const BendSide& other) { return unexplained_turn(turn, one, other) > kRidge * turn; }
@@ -179,7 +179,7 @@ bool PlanarRegions::is_parallel(int h, int g) const {
 
 BendSide PlanarRegions::side_of(int h) const {
     const Way own = across(h);
-    BendSide side{own.length, 0, 0};
+    BendSide side{own.length, std::max(own.length, reach_[region_[h / 3]]), 0, 0};
     const Vector3d axis = (points_[mesh_->target(h)] - points_[mesh_->origin(h)]).stableNormalized();
     const double way = turn_at(h) >= 0 ? 1 : -1;
     const Vector3d& normal = normal_at(h / 3);
@@ -188,7 +188,6 @@ BendSide PlanarRegions::side_of(int h) const {
     const int beyond = mesh_->twin(own.exit);
     if (is_parallel(h, own.exit)) {
         if (beyond >= 0) side.next_turn = turn_to(beyond / 3), side.next_width = across(beyond).length;
-        side.width = std::max(side.width, reach_[region_[h / 3]]);
         return side;
     }
     // No strip but a facet with a corner: the farthest of those around it says whether the surface turns on.
@@ -218,7 +217,7 @@ FlatFaces find_flat_faces(std::span<const Vector3d> points, const Connectivity& 
         if (!of_strips) own = regions.side_of(h), beyond = regions.side_of(g);
         const double turn = std::abs(regions.turn_at(h)), next_turn = beyond.is_strip ? beyond.next_turn : beyond.next_turn / 2;
         if (next_turn > 0 && next_turn < kSharpestRound && turn > (1 + kSameTurn) * next_turn) continue;
-        if (own.width > kAlikeWidths * beyond.width) wide[region] += length;
+        if (own.reach > kAlikeWidths * beyond.reach) wide[region] += length;
     }
     FlatFaces flats;
     std::vector<int> number(regions.size(), -1);

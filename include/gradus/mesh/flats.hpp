@@ -21,6 +21,7 @@ double resolution_of(std::span<const Eigen::Vector3d> points);
 /// One side of a bend: a part of a section across the surface, or of a curve, from the bend to where it turns again.
 struct BendSide {
     double width = 0;       ///< from the bend to the next one, unit of length
+    double reach = 0;       ///< as far as it would be if no crease cut it off: at least the width
     double next_turn = 0;   ///< angle there, radians, about the same axis; positive: the same way as the bend
     double next_width = 0;  ///< of the part behind that
     /// Whether it ends there along a line. Else it comes to a corner, and the turn is that to the farthest of the facets around it: as of a

@@ -25,13 +25,13 @@ struct GregoryPatch {
 
 /// One quartic Gregory patch per triangle, bounded by cubic curves, with the tangent planes given at the vertices. Neighbours
 /// meet with one tangent plane along their edge [Walton, Meek 1996], except at features, where they share only the curve.
-/// A facet is evidence of how finely the surface was sampled: an edge rises as if it were no longer than four times what is straight behind it.
 /// The boundary cubics have the handles that make them exact to fourth order for a circle; patches then are for smooth surfaces
 /// with exact normals. Points of a patch are given by the barycentric coordinates (b, c) of corners 1 and 2.
 class SmoothSupport {
   public:
     struct Options {
-        /// The middle of an edge curve stays this near to the edge, and a patch as near to its facet, about: unit of length.
+        /// The middle of an edge curve stays this near to the edge, and a patch as near to its facet, about: unit of length. No curve rises
+        /// more than a quarter of the width of the facets beside it either, about: on needles the surface would fold.
         double largest_bulge = std::numeric_limits<double>::infinity();
     };
     /// @param mesh     its half-edges tagged with the chain they belong to, or -1; must outlive this, as `points` and `wedges` must
@@ -73,16 +73,14 @@ class SmoothSupport {
   private:
     struct Handles {
         Eigen::Vector3d from, to;  // inner control points of the cubic over a half-edge
-        double bulge;              // how far its middle is from the edge, or for a bend either way farther places
     };
     Handles handles(int h) const;
-    double extent_behind(int h) const;
+    double width_beside(int h) const;
     Eigen::Vector3d held_normal(int triangle, int k, const Eigen::Vector3d& facing) const;
     void turn_normals(const Features& features);
     void hold_flats();
     void find_tangents(const Features& features);
     void find_folds();
-    void find_narrowest();
 
     std::vector<int> normal_near_folds_;      // of each triangle its number among the facet normals that are kept, or -1
     std::vector<Eigen::Vector3d> facet_normals_;
@@ -92,7 +90,6 @@ class SmoothSupport {
     const FlatFaces* flats_;
     std::vector<char> is_tip_;               // vertices that are corners and on no feature curve
     Options options_;
-    std::vector<float> narrowest_;           // per wedge
     std::vector<Eigen::Vector3d> normals_;   // per wedge
     std::vector<Eigen::Vector3d> tangents_;  // of the feature curve at its inner vertices; zero elsewhere, and at corners
 };
