@@ -60,7 +60,7 @@ Fields load_fields(const std::string& path, bool repair, const std::vector<std::
     fields.cells = chosen(std::move(data.cell_fields), kOwnCells, fields.own);
     for (const std::string& solution : solutions) add_solution(solution, path, data.soup.points.size(), fields.points);
     if (repair && fields.size() > 0) {
-        const Repaired repaired = gradus::repair(data.soup, {.weld_tolerance = tolerance_of(data.soup), .only_open = true});
+        const Repaired repaired = gradus::repair(data.soup, default_repair(data.soup));
         fields.points = follow(fields.points, repaired.point_source);
         fields.cells = follow(fields.cells, repaired.triangle_source);
     }

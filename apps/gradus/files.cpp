@@ -21,6 +21,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr double kTurned = 0.9;  // cosine of the turn of a triangle by rounding, 26 degrees
+
 std::string extensions_of(FileKind kind) {
     switch (kind) {
         case FileKind::Patches:
@@ -122,9 +124,10 @@ PatchModel load_model(const std::string& path) {
 }
 
 Repaired repaired_by_default(const std::string& path, const TriangleSoup& soup, const Session& session) {
-    const double tolerance = tolerance_of(soup);
-    if (tolerance > 0) session.say(fmt::format("{}: vertices at open edges within {:.3g} of the diagonal are taken for one\n", path, tolerance));
-    return repair(soup, {.weld_tolerance = tolerance, .only_open = true});
+    const RepairOptions options = default_repair(soup);
+    if (options.weld_tolerance > 0)
+        session.say(fmt::format("{}: vertices at open edges within {:.3g} of the diagonal are taken for one\n", path, options.weld_tolerance));
+    return repair(soup, options);
 }
 
 void weld_read(const std::string& path, TriangleSoup& soup, const Session& session) {
@@ -139,8 +142,11 @@ TriangleSoup sound(const std::string& path, TriangleSoup soup, bool repair, cons
         session.say(text_of(path, repaired));
         return std::move(repaired.soup);
     }
-    if (const std::string reasons = why_not_manifold(diagnose(soup)); !reasons.empty())
+    const Diagnosis diagnosis = diagnose(soup);
+    if (const std::string reasons = why_not_manifold(diagnosis); !reasons.empty())
         throw Failure(path + ": not an oriented manifold: " + reasons + "; try --repair");
+    if (const int twins = diagnosis.closed ? 0 : num_twins(soup); twins > 0)
+        session.warn(fmt::format("{}: {} vertices at open edges lie on others: cracks, which --repair closes", path, grouped(twins)));
     return soup;
 }
 
@@ -179,11 +185,24 @@ void write_size_map(const std::string& path, const TriangleSoup& soup, const std
     else write_sizes(path, sizes);
 }
 
-void check_holds(const std::string& path, std::span<const Eigen::Vector3d> points) {
+void check_holds(const std::string& path, std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles) {
     if (extension_of(path) != ".stl") return;
     const auto beyond = std::find_if(points.begin(), points.end(), [](const Eigen::Vector3d& p) { return !p.cast<float>().allFinite(); });
     if (beyond != points.end())
         throw Failure(fmt::format("{}: vertex {} is beyond single precision, which binary STL is limited to", path, beyond - points.begin() + 1));
+    const auto normal = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) -> Eigen::Vector3d {
+        return (b - a).cross(c - a).stableNormalized();
+    };
+    std::vector<Eigen::Vector3d> rounded;
+    for (const Eigen::Vector3d& p : points) rounded.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
+    const auto is_lost = [&](const Triangle& t) {
+        const Eigen::Vector3d exact = normal(points[t[0]], points[t[1]], points[t[2]]);
+        return !exact.isZero() && normal(rounded[t[0]], rounded[t[1]], rounded[t[2]]).dot(exact) < kTurned;
+    };
+    if (const auto lost = std::count_if(triangles.begin(), triangles.end(), is_lost); lost > 0)
+        throw Failure(fmt::format("{}: binary STL has single precision, in which {} triangles would be flattened or turned, this far from the origin; "
+                                  "write .obj .off .ply or .mesh, or move the surface to the origin",
+                                  path, grouped(static_cast<long long>(lost))));
 }
 
 void require_reached(const std::string& size_map, std::span<const double> graded) {

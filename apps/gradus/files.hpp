@@ -56,8 +56,8 @@ bool holds_mesh(const std::string& size_map);
 /// Sizes on the vertices of a mesh, in the format of the extension: .sol .solb, .pos and .msh as Gmsh takes them for a background, .vtu with a
 /// point field `size`, .ply with the same and colours.
 void write_size_map(const std::string& path, const TriangleSoup& soup, const std::vector<double>& sizes);
-/// @throws Failure naming a file to be written if its format cannot hold these coordinates
-void check_holds(const std::string& path, std::span<const Eigen::Vector3d> points);
+/// @throws Failure naming a file to be written if its format cannot hold the mesh: single precision would turn or flatten triangles
+void check_holds(const std::string& path, std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles);
 /// @throws Failure naming the size map if grading it has left vertices without a size
 void require_reached(const std::string& size_map, std::span<const double> graded);
 /// Where the background mesh of a size map is, unless it is named: beside it.

@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <sstream>
 
 #include "commands.hpp"
 #include "fields.hpp"
@@ -185,6 +186,25 @@ std::string describe(const SelfContacts& contacts) {
     return text + (contacts.pairs.count > kNamed ? " ...\n" : "\n");
 }
 
+// Whether a mesh can be worked with as it is, and what mends it.
+std::string verdict(const TriangleSoup& soup, const Diagnosis& diagnosis, const SelfContacts& contacts) {
+    if (soup.triangles.empty()) return "NOT usable: holds no triangles\n";
+    const int twins = diagnosis.closed ? 0 : num_twins(soup);
+    const bool touches = !contacts.pairs.empty() || !contacts.complete;
+    if (is_clean_manifold(diagnosis) && twins == 0 && !touches) return faults({});
+    std::string text = is_manifold(diagnosis) ? "usable, but not sound:" : "NOT usable as it is, no oriented manifold:";
+    if (twins > 0) text += fmt::format(" {} vertices at open edges lie on others (cracks);", grouped(twins));
+    if (touches) text += " its triangles touch or intersect: where --repair leaves that, mend it where it was made, a mesh of it does the same;";
+    if (const Repaired mended = repair(soup, default_repair(soup)); !mended.steps.empty()) {
+        text += " --repair would do this:\n";
+        std::istringstream lines(summary(mended.steps));
+        for (std::string line; std::getline(lines, line);) text += "  " + line + "\n";
+        return text;
+    }
+    text.back() = '\n';
+    return text;
+}
+
 MeshInfo describe(const std::string& name, const MeshData& data) {
     const TriangleSoup& soup = data.soup;
     const Diagnosis diagnosis = diagnose(soup);
@@ -214,10 +234,7 @@ MeshInfo describe(const std::string& name, const MeshData& data) {
                             lengths.median, shape.area_length.min, shape.area_length.mean);
     const SelfContacts contacts = find_self_contacts(soup);
     text += describe(contacts);
-    if (soup.triangles.empty()) text += "NOT usable: holds no triangles\n";
-    else if (is_clean_manifold(diagnosis) && contacts.pairs.empty()) text += faults({});
-    else if (is_manifold(diagnosis)) text += "usable: an oriented manifold\n";
-    else text += "NOT usable as it is: not an oriented manifold\n";
+    text += verdict(soup, diagnosis, contacts);
     return {text,
             {{"kind", "mesh"},
              {"vertices", diagnosis.num_points},
@@ -257,7 +274,7 @@ int info_of_mesh(const Options& options) {
     MeshInfo info = describe(options.file, data);
     options.session.say(info.text);
     if (options.repair) {
-        const RepairOptions weld{.weld_tolerance = options.weld.value_or(tolerance_of(data.soup)), .only_open = !options.weld};
+        const RepairOptions weld = options.weld ? RepairOptions{.weld_tolerance = *options.weld} : default_repair(data.soup);
         if (weld.weld_tolerance > 0 && weld.only_open)
             options.session.say(fmt::format("vertices at open edges within {:.3g} of the diagonal are taken for one\n", weld.weld_tolerance));
         const Repaired repaired = repair(data.soup, weld);
@@ -268,7 +285,7 @@ int info_of_mesh(const Options& options) {
         info.json["repair"] = {{"steps", json_of(repaired.steps)}, {"result", after.json}};
         if (!options.out.empty()) {
             const bool fields = !result.point_fields.empty() || !result.cell_fields.empty();
-            check_holds(options.out, result.soup.points);
+            check_holds(options.out, result.soup.points, result.soup.triangles);
             if (holds_fields(options.out)) write_mesh_data(options.out, result);
             else write_mesh(options.out, result.soup);
             options.session.say("wrote " + options.out +

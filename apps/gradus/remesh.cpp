@@ -53,6 +53,8 @@ struct Made {
     std::string surface;  // a line on the input
     std::string note;     // lines on what else was asked and whether it was met
     bool met = true;
+    std::string where;  // the chord error is not kept, and why
+    std::vector<std::string> notes;  // to be noticed
     std::size_t contacts = 0;  // see NewContacts
     Json json;            // keys of the input's kind
     std::function<MeshReport()> measure;
@@ -204,6 +206,8 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
         made.note = fmt::format("features: {} edges more than their angles ask for, to keep the chord error\n", grouped(static_cast<long long>(features_added)));
     made.note += text_of(mesh->result.mesh.required, options.out) + text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
     made.met = mesh->kept;
+    if (!mesh->kept) made.where = why_not_kept(*surface, *mesh);
+    made.notes = notes_on(*surface, *mesh);
     made.contacts = mesh->contacts.count;
     made.json = json_of(*surface);
     made.json.update(json_of(*mesh));
@@ -222,10 +226,10 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
 
 // One line: what became of the sizes.
 std::string gradation_line(const GradationOptions& options, const GradationResult& result, std::size_t vertices) {
-    constexpr double kBeyondTelling = 1e6;
+    constexpr double kBeyondTelling = 1000;
     const double before = options.shock ? result.before.shock_max : result.before.variation_max;
     return fmt::format("gradation: {}; {} before, {:.1f} % of the vertices lowered{}\n", to_text(options),
-                       before < kBeyondTelling ? fmt::format("{:.4g}", before) : fmt::format("over {:g}", kBeyondTelling),
+                       before < kBeyondTelling ? fmt::format("{:.4g}", before) : fmt::format("> {:g}", kBeyondTelling),
                        100.0 * result.lowered / static_cast<double>(vertices), result.met ? "" : ", NOT met");
 }
 
@@ -254,7 +258,7 @@ int run_remesh(const Options& options) {
     const Made made = is_mesh(options.in) ? mesh_triangles(options, gradation, stages) : mesh_patches(options, gradation, stages);
     const SurfaceMesh& mesh = made.result.mesh;
     stages.run("writing", [&] {
-        for (const std::string& path : options.out) check_holds(path, mesh.points);
+        for (const std::string& path : options.out) check_holds(path, mesh.points, mesh.triangles);
         for (const std::string& path : options.out) made.write(path);
     });
 
@@ -278,6 +282,7 @@ int run_remesh(const Options& options) {
     const Shape shape = shape_of(mesh);
     const OffenderReport offenders = report ? report->offenders : stages.run("offenders", [&] { return offenders_of(mesh); });
     const bool met = made.met && (!made.gradation || made.gradation->met);
+    for (const std::string& note : made.notes) session.warn(options.in + ": " + note);
     if (session.talks()) {
         session.say(made.surface);
         session.say(made.rule ? fmt::format("sizes: {}; background of {} vertices\n", to_text(*made.rule), grouped(made.background_vertices))
@@ -311,7 +316,7 @@ int run_remesh(const Options& options) {
     if (made.contacts > 0)
         throw Failure(fmt::format("{}: the mesh is written, but {} pairs of its triangles touch or intersect; smaller sizes there, or a smaller --hmin, may help",
                                   options.in, grouped(made.contacts)));
-    if (!made.met) throw Failure(options.in + ": the mesh is written, but farther from it than the chord error asked for");
+    if (!made.met) throw Failure(options.in + ": the mesh is written, but farther from it than the chord error asked for" + made.where);
     if (!met) throw Failure(options.in + ": the mesh is written, but its sizes change faster than asked for");
     return kMet;
 }

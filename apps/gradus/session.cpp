@@ -24,6 +24,8 @@ int fail(int code, std::string what) {
 
 }  // namespace
 
+void Session::warn(const std::string& line) const { std::fprintf(stderr, "gradus: note: %s\n", line.c_str()); }
+
 void Session::say(const std::string& text) const {
     if (talks()) std::fputs(text.c_str(), stdout);
 }

@@ -38,6 +38,8 @@ struct Session {
     bool talks() const { return !json && !quiet; }
     /// Prints a text for people as it is.
     void say(const std::string& text) const;
+    /// Prints what is to be noticed whatever is done with the output: a line on standard error.
+    void warn(const std::string& line) const;
 };
 
 /// Times the stages of a command, and shows the one at work where standard error is a terminal.

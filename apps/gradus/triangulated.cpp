@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
 #include <numbers>
 #include <set>
 
@@ -11,9 +14,11 @@
 #include "gradus/gradation/hold.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/required_file.hpp"
+#include "gradus/mesh/closest.hpp"
 #include "gradus/mesh/diagnose.hpp"
 #include "gradus/mesh/labels.hpp"
 #include "gradus/mesh/order.hpp"
+#include "gradus/mesh/parts.hpp"
 
 namespace gradus::app {
 
@@ -24,7 +29,9 @@ constexpr int kMostRounds = 4;      // of taking away creases that leave no room
 constexpr double kLargestSag = 3;   // chord errors, of a round over its facets: more asks for elements a third as large as these
 constexpr double kFinest = 0.1;     // of the default hmin, down to which sizes go to keep a chord error
 constexpr double kNearFaults = 3;   // chord errors
-constexpr std::size_t kContactsTold = 3;
+constexpr double kAtLeast = 1.05;   // of the least size: as small as elements may be
+constexpr double kExplained = 2, kWorthTelling = 1e-4;  // of the sag that elements explain; of the diagonal
+constexpr std::size_t kContactsTold = 3, kPartsTold = 5;
 
 template <class Item>
 void append(std::vector<Item>& to, const std::vector<Item>& items) {
@@ -184,6 +191,7 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
                                     const std::optional<GradationOptions>& gradation, const RemeshOptions& options, bool hmin_given, Stages& stages) {
     TriangulatedMesh mesh;
     if (rule.kind == SizingRule::Kind::ChordError) mesh.chord_error = rule.value;
+    if (hmin_given) mesh.least_size = rule.hmin;
     if (const double least = least_chord_error(surface.soup().points); mesh.chord_error && *mesh.chord_error < least)
         throw Failure(fmt::format("--chord-error {:g}: below {:.3g}, what distances are rounded to with coordinates as large as these", *mesh.chord_error, least));
     TriangulationBackground map = stages.run("background", [&] {
@@ -220,6 +228,73 @@ std::unique_ptr<Triangulation> with_features_at(std::span<const Eigen::Vector3d>
         return std::pair(features.edges().size(), std::count(features.corner.begin(), features.corner.end(), 1));
     };
     return number(more->features()) == number(surface.features()) ? nullptr : std::move(more);
+}
+
+namespace {
+
+// The place where the two surfaces are seen to be farthest from each other, and how far that is.
+std::pair<Eigen::Vector3d, double> farthest_place(const Deviation& deviation) {
+    const OneSidedDistance& farther = deviation.from_mesh.largest > deviation.from_reference.largest ? deviation.from_mesh : deviation.from_reference;
+    return {farther.point, farther.largest};
+}
+
+// How far triangles as large as those near a place are from a smooth surface that turns as they do: edges times turns, over 8.
+double sag_near(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, const Eigen::Vector3d& place) {
+    const auto distance2 = [&](const Triangle& t) { return (closest_point(place, points[t[0]], points[t[1]], points[t[2]]) - place).squaredNorm(); };
+    const Triangle& nearest = *std::min_element(triangles.begin(), triangles.end(), [&](const Triangle& s, const Triangle& t) { return distance2(s) < distance2(t); });
+    const auto normal = [&](const Triangle& t) -> Eigen::Vector3d { return (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).stableNormalized(); };
+    double longest = 0, turn = 0;
+    for (const Triangle& t : triangles) {
+        if (std::find_first_of(t.begin(), t.end(), nearest.begin(), nearest.end()) == t.end()) continue;
+        turn = std::max(turn, std::acos(std::clamp(normal(t).dot(normal(nearest)), -1.0, 1.0)));
+        for (int k = 0; k < 3; ++k) longest = std::max(longest, (points[t[(k + 1) % 3]] - points[t[k]]).norm());
+    }
+    return longest * turn / 8;
+}
+
+}  // namespace
+
+std::string why_not_kept(const Triangulation& surface, const TriangulatedMesh& mesh) {
+    const auto [place, distance] = farthest_place(mesh.deviation);
+    if (distance <= *mesh.chord_error) return "; the distance could not be bounded";
+    const SurfaceMesh& m = mesh.result.mesh;
+    const std::size_t v = nearest_point(m.points, place);
+    std::string text = fmt::format(", by {:.3g} at {:.6g} {:.6g} {:.6g}", distance, place.x(), place.y(), place.z());
+    if (mesh.least_size && m.sizes[v] <= kAtLeast * *mesh.least_size) return text + fmt::format(", where --hmin {:g} allows no smaller elements", *mesh.least_size);
+    const auto is_near = [&](const std::array<int, 2>& edge) {
+        const Eigen::Vector3d &a = surface.soup().points[edge[0]], &b = surface.soup().points[edge[1]];
+        return (closest_point(place, a, b, b) - place).norm() < m.sizes[v];
+    };
+    const std::vector<std::array<int, 2>> edges = surface.features().edges();
+    if (std::any_of(edges.begin(), edges.end(), is_near)) return text + ", beside a feature curve";
+    return text + ", where the surface is folded or rough";
+}
+
+std::vector<std::string> notes_on(const Triangulation& surface, const TriangulatedMesh& mesh) {
+    std::vector<std::string> notes;
+    const std::vector<Eigen::Vector3d>& points = surface.soup().points;
+    if (mesh.least_size) {
+        const std::vector<int> part = connected_parts(points.size(), surface.soup().triangles);
+        std::map<int, std::size_t> small;  // by part: a vertex of it
+        for (std::size_t v = 0; v < points.size(); ++v)
+            if (surface.mesh().is_live_vertex(static_cast<int>(v)) && surface.part_share()[v] * surface.diagonal() < *mesh.least_size) small.emplace(part[v], v);
+        for (const auto& [number, v] : small) {
+            if (notes.size() == kPartsTold) {
+                notes.push_back(fmt::format("{} more parts are smaller than --hmin", grouped(small.size() - notes.size())));
+                break;
+            }
+            notes.push_back(fmt::format("the part at {:.6g} {:.6g} {:.6g}, of a diagonal of {:.3g}, is smaller than --hmin {:g}", points[v].x(), points[v].y(), points[v].z(),
+                                        surface.part_share()[v] * surface.diagonal(), *mesh.least_size));
+        }
+    }
+    if (mesh.chord_error) return notes;
+    const SurfaceMesh& m = mesh.result.mesh;
+    const auto [place, distance] = farthest_place(mesh.deviation);
+    const double explained = sag_near(m.points, m.triangles, place) + sag_near(points, surface.soup().triangles, place);
+    if (distance > kExplained * explained && distance > kWorthTelling * surface.diagonal())
+        notes.push_back(fmt::format("the mesh is {:.3g} from it at {:.6g} {:.6g} {:.6g}, where elements of that size explain {:.3g}; --chord-error bounds that", distance,
+                                    place.x(), place.y(), place.z(), explained));
+    return notes;
 }
 
 std::string text_of(const std::string& path, const Triangulation& surface) {

@@ -43,6 +43,7 @@ struct TriangulatedMesh {
     std::optional<double> chord_error;   ///< asked for
     bool kept = true;                    ///< the chord error, where one was asked for
     std::vector<Eigen::Vector3d> faults, stubborn;  ///< see ChordErrorResult
+    std::optional<double> least_size;    ///< below which sizes were not to go, if that was given
     NewContacts contacts;                ///< of the mesh with itself that the triangulation does not have
     /// Sizes prescribed at points that were moved by more than the size, to the vertex of the background where they hold, and how far.
     std::vector<std::pair<SizingRule::At, double>> moved;
@@ -65,6 +66,11 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
 /// The triangulation again, with all folds near some places as features; null where it has no more features so.
 std::unique_ptr<Triangulation> with_features_at(std::span<const Eigen::Vector3d> places, const std::string& path, const Triangulation& surface,
                                                 const TriangulationChoice& choice, const SizingOptions& sizing);
+
+/// Of a mesh that does not keep its chord error: ", at 1 2 3, where ...", the likely cause.
+std::string why_not_kept(const Triangulation& surface, const TriangulatedMesh& mesh);
+/// What is to be noticed: a mesh without a chord error that is farther from the input than its elements explain, parts below the least size.
+std::vector<std::string> notes_on(const Triangulation& surface, const TriangulatedMesh& mesh);
 
 /// "bunny.off: 75 408 triangles ..., diagonal 1.6; 3 feature curves, 4 corners"
 std::string text_of(const std::string& path, const Triangulation& surface);

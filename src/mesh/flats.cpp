@@ -42,7 +42,7 @@ double resolution_of(std::span<const Vector3d> points) {
     bool in_single = true;
     for (const Vector3d& p : points) {
         largest = std::max(largest, p.cwiseAbs().maxCoeff());
-        in_single = in_single && p.cast<float>().cast<double>() == p;
+        for (const double x : p) in_single = in_single && static_cast<double>(static_cast<float>(x)) == x;
     }
     if (!(largest > 0)) return 0;
     constexpr double kSingle = 6e-8, kDouble = 4e-16;  // half a unit; what a few operations leave

@@ -605,6 +605,18 @@ double tolerance_of(const TriangleSoup& soup) {
     return std::min(0.1, std::max(kFarBelow * *short_one, roundings_of(soup.points, used)) / diagonal);
 }
 
+RepairOptions default_repair(const TriangleSoup& soup) { return {.weld_tolerance = tolerance_of(soup), .only_open = true}; }
+
+int num_twins(const TriangleSoup& soup) {
+    const double tolerance = tolerance_of(soup);
+    if (tolerance == 0) return 0;
+    const std::vector<char> used = vertices_in_use(soup);
+    const std::vector<int> place = places_at_open_edges(to_unit_box(soup.points, used), used, usable(soup, used), tolerance);
+    int twins = 0;
+    for (int v = 0; v < std::ssize(place); ++v) twins += used[v] && place[v] != v;
+    return twins;
+}
+
 int weld_roundings(TriangleSoup& soup) {
     const std::vector<char> used = vertices_in_use(soup);
     const double diagonal = diagonal_of(soup.points, used);

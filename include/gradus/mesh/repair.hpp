@@ -44,6 +44,12 @@ struct RepairOptions {
 /// 5 %), and a few roundings of the coordinates at least. As a fraction of the diagonal; 0 where no edge is open.
 double tolerance_of(const TriangleSoup& soup);
 
+/// What mends cracks and nothing else is moved by: vertices at open edges, within tolerance_of().
+RepairOptions default_repair(const TriangleSoup& soup);
+
+/// Number of vertices at open edges that default_repair() takes for another one.
+int num_twins(const TriangleSoup& soup);
+
 /// Takes vertices at open edges that are a few roundings of the coordinates apart for one, the first. For soups that were read triangle by
 /// triangle; only points, triangles and their labels are kept. @returns number of vertices that are gone
 int weld_roundings(TriangleSoup& soup);
