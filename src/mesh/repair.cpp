@@ -608,12 +608,16 @@ double tolerance_of(const TriangleSoup& soup) {
 RepairOptions default_repair(const TriangleSoup& soup) { return {.weld_tolerance = tolerance_of(soup), .only_open = true}; }
 
 int num_twins(const TriangleSoup& soup) {
-    const double tolerance = tolerance_of(soup);
-    if (tolerance == 0) return 0;
     const std::vector<char> used = vertices_in_use(soup);
-    const std::vector<int> place = places_at_open_edges(to_unit_box(soup.points, used), used, usable(soup, used), tolerance);
+    const std::vector<Triangle> triangles = usable(soup, used);
+    const double tolerance = tolerance_of(soup);
+    const std::vector<int> place = tolerance > 0 ? places_at_open_edges(to_unit_box(soup.points, used), used, triangles, tolerance) : equal_places(soup.points, used);
+    std::vector<int> itself(soup.points.size());
+    std::iota(itself.begin(), itself.end(), 0);
+    std::vector<char> open(soup.points.size(), 0);
+    for (const Edge& e : open_edges(triangles, itself)) open[e[0]] = open[e[1]] = 1;
     int twins = 0;
-    for (int v = 0; v < std::ssize(place); ++v) twins += used[v] && place[v] != v;
+    for (int v = 0; v < std::ssize(place); ++v) twins += open[v] && place[v] != v;
     return twins;
 }
 

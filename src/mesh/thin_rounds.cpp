@@ -28,8 +28,9 @@ class Finder {
             const std::optional<Row> row = row_at(h);
             if (!row) continue;
             for (const Arm& arm : row->arms)
-                for (const int region : arm.strips) (row->is_thin ? thin : thick)[region] = 1;
-            if (row->is_thin) rows.push_back(*row);
+                for (const int region : arm.strips)
+                    if (row->is_middle) (row->is_thin ? thin : thick)[region] = 1;
+            rows.push_back(*row);
         }
         const auto is_passed_over = [&](int region) { return thin[region] && !thick[region]; };
         for (const Row& row : rows) {
@@ -54,15 +55,21 @@ class Finder {
     struct Row {
         int edge;
         std::array<Arm, 2> arms;
-        bool is_thin, is_middle;
+        bool is_middle, is_thin;  // thin: the round, if this is its middle
     };
 
     bool is_part_of_round(double turn, double first_turn) const { return turn * first_turn > 0 && std::abs(turn) <= kSharpestRound; }
 
+    // Whether a round ends at an edge: there is a flat face, that itself is no chamfer as thin as such a round.
+    bool is_side(int h) const {
+        const double limit = std::max(width_[mesh_.origin(h)], 2 * height_);
+        return flats_.of(h / 3) >= 0 && (limit == 0 || regions_.across(h, limit).exit < 0);
+    }
+
     std::optional<Arm> arm_at(int h, double turn) const {
         Arm arm;
         const Vector3d from = (points_[mesh_.origin(h)] + points_[mesh_.target(h)]) / 2;
-        for (int strips = 0; flats_.of(h / 3) < 0; ++strips) {
+        for (int strips = 0; !is_side(h); ++strips) {
             if (strips == kMostStrips || regions_.num_facets(regions_.of(h / 3)) < 2) return std::nullopt;
             const PlanarRegions::Way way = regions_.across(h);
             if (way.exit < 0 || mesh_.twin(way.exit) < 0 || !regions_.is_parallel(h, way.exit)) return std::nullopt;
@@ -90,7 +97,7 @@ class Finder {
         const double width = one->width + other->width, off = one->width - other->width;
         const auto is_nearer = [&](double there) { return std::abs(off) < std::abs(there) - kTie * width || (std::abs(std::abs(off) - std::abs(there)) <= kTie * width && off > 0); };
         const bool is_middle = (one->strips.empty() || is_nearer(off - 2 * one->first)) && (other->strips.empty() || is_nearer(off + 2 * other->first));
-        return Row{h, {*one, *other}, width <= width_[mesh_.origin(h)] || std::max(one->height, other->height) <= height_, is_middle};
+        return Row{h, {*one, *other}, is_middle, width <= width_[mesh_.origin(h)] || std::max(one->height, other->height) <= height_};
     }
 
     std::span<const Vector3d> points_;

@@ -853,3 +853,85 @@ TEST_CASE("vertices of an STL a rounding apart are one, others at open edges wit
     CHECK(diagnosis.closed);
     CHECK(diagnosis.components == 1);
 }
+
+TEST_CASE("a round that hmin is too large for is passed over, and that is said with the place", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", parts::prism(parts::rounded(1, 1, 0.01, 2), 1));
+    const double error = 0.00173;
+    const Outcome outcome = run(folder, "remesh in.off -o out.off --hmin 0.05 --json --chord-error " + std::to_string(error));
+    CHECK(outcome.code == 1);
+    CHECK_THAT(outcome.err, Catch::Contains("where --hmin 0.05 allows no smaller elements") && Catch::Contains("by 0.00"));
+    const json said = json::parse(outcome.out);
+    CHECK(said["distance"]["from_input"]["bound"] < 2.4 * error);
+    CHECK(said["distance"]["from_mesh"]["bound"] < 2.4 * error);
+    CHECK(said["area_length"]["min"] > 0.7);
+}
+
+TEST_CASE("parts below the smallest size are named", "[cli]") {
+    const TemporaryFolder folder;
+    TriangleSoup in = parts::prism(parts::polygon(4), 1);
+    for (const Eigen::Vector3d& shift : {Eigen::Vector3d(3, 0, 0), Eigen::Vector3d(5, 0, 0)}) {
+        const int n = static_cast<int>(in.points.size());
+        const TriangleSoup small = triangulations::soup(triangulations::sphere(2, 0.1));
+        for (const Eigen::Vector3d& p : small.points) in.points.push_back(p + shift);
+        for (const Triangle& t : small.triangles) in.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+    }
+    write_mesh(folder / "in.off", in);
+    const Outcome outcome = run(folder, "remesh in.off -o out.off --hmin 0.5 --hmax 0.5");
+    const auto first = outcome.err.find("is smaller than --hmin 0.5");
+    REQUIRE(first != std::string::npos);
+    CHECK(outcome.err.find("is smaller than --hmin 0.5", first + 1) != std::string::npos);
+    CHECK_THAT(run(folder, "remesh in.off -o out.off --hmin 0.05").err, !Catch::Contains("smaller than --hmin"));
+}
+
+TEST_CASE("info ends in a verdict with the cure, and remesh points to it", "[cli]") {
+    const TemporaryFolder folder;
+    const TriangleSoup whole = parts::prism(parts::polygon(12), 1);
+    TriangleSoup apart;
+    for (const Triangle& t : whole.triangles) {
+        const int n = static_cast<int>(apart.points.size());
+        for (const int v : t) apart.points.push_back(whole.points[v]);
+        apart.triangles.push_back({n, n + 1, n + 2});
+    }
+    write_mesh(folder / "whole.off", whole);
+    write_mesh(folder / "apart.off", apart);
+    CHECK_THAT(run(folder, "info whole.off").out, Catch::EndsWith("nothing wrong found\n"));
+    const std::string cracks = std::to_string(apart.points.size() - whole.points.size()) + " vertices";
+    CHECK_THAT(run(folder, "info apart.off").out, Catch::Contains("usable, but not sound: " + cracks + " at open edges lie on others") &&
+                                                      Catch::Contains("--repair would do this:\n  " + cracks + " welded"));
+    CHECK_THAT(run(folder, "remesh apart.off -o out.off --hmin 1 --hmax 1").err, Catch::Contains(cracks + " at open edges lie on others: cracks, which --repair closes"));
+    CHECK(run(folder, "remesh apart.off -o out.off --repair").err.empty());
+    CHECK(diagnose(read_mesh(folder / "out.off")).closed);
+}
+
+TEST_CASE("a mesh that single precision cannot hold is not written as STL", "[cli]") {
+    const TemporaryFolder folder;
+    TriangleSoup in = parts::prism(parts::polygon(12), 1);
+    for (Eigen::Vector3d& p : in.points) p += Eigen::Vector3d(441871, 6329700, 100);
+    write_mesh(folder / "in.off", in);
+    const Outcome outcome = run(folder, "remesh in.off -o out.stl");
+    CHECK(outcome.code == 1);
+    CHECK_THAT(outcome.err, Catch::Contains("out.stl: binary STL has single precision") && Catch::Contains("move the surface to the origin"));
+    CHECK_FALSE(std::filesystem::exists(folder / "out.stl"));
+    CHECK(run(folder, "remesh in.off -o out.off").code == 0);
+}
+
+TEST_CASE("the cylinders of a shaft stay straight up to their fillets", "[cli]") {
+    const TemporaryFolder folder;
+    // Radius 10 up to a fillet of radius 1, a shoulder to radius 16.
+    parts::Outline profile{{10, 0}, {10, 40}};
+    for (int k = 1; k <= 4; ++k) {
+        const double angle = k * std::numbers::pi / 8;
+        profile.emplace_back(11 - std::cos(angle), 40 + std::sin(angle));
+    }
+    profile.insert(profile.end(), {{16, 41}, {16, 60}});
+    write_mesh(folder / "in.off", parts::revolved(profile, 48));
+    REQUIRE(run(folder, "remesh in.off -o out.off -q").code == 0);
+    int on_cylinder = 0;
+    for (const Eigen::Vector3d& p : read_mesh(folder / "out.off").points) {
+        if (!(p.z() > 1e-9 && p.z() < 40) || p.head<2>().norm() > 12 || p.head<2>().norm() < 9) continue;
+        ++on_cylinder;
+        CHECK(p.head<2>().norm() == Approx(10).epsilon(0.002));
+    }
+    CHECK(on_cylinder > 100);
+}

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "support/parts.hpp"
 #include "support/triangulations.hpp"
 
 using namespace gradus;
@@ -180,4 +181,35 @@ TEST_CASE("a surface that cannot be computed with is refused for what it is", "[
     CHECK_THROWS_WITH(Triangulation(with(1e-200, 1e-200)), Catch::Contains("a diagonal of 1.41e-200, below 1e-40"));
     CHECK(Triangulation(with(1e39, 1e39)).diagonal() > 1e39);
     CHECK(Triangulation(with(1e-39, 1e-39)).diagonal() > 1e-39);
+}
+
+TEST_CASE("strips of a round have the curvature of the circle, flat faces beside it none across", "[exact]") {
+    const int facets = GENERATE(3, 6, 12);
+    const double radius = 5, half = std::numbers::pi / (4 * facets);
+    const Triangulation box(parts::prism(parts::rounded(100, 80, radius, facets), 60));
+    CAPTURE(facets);
+    int strips = 0;
+    for (int t = 0; t < box.mesh().num_triangles(); ++t) {
+        if (box.flats().of(t) >= 0) continue;
+        for (int h = 3 * t; h < 3 * t + 3; ++h) {
+            const WedgeCurvature& at = box.curvature()[box.wedges().of_corner[h]];
+            // The turn of a chord over its length.
+            CHECK(std::abs(at.k1) == Approx(half / (radius * std::sin(half))).epsilon(1e-9));
+            CHECK(std::abs(at.normal.z()) < 1e-12);
+            ++strips;
+        }
+    }
+    CHECK(strips == 4 * facets * 2 * 3);
+}
+
+TEST_CASE("bends that are negligible ask for no sizes", "[exact]") {
+    const TriangleSoup soup = parts::prism(parts::rounded(100, 80, 0.1, 4), 60);
+    const SizingRule rule{.hmin = 0.001, .hmax = 10};
+    const auto smallest = [&](double height) {
+        const Triangulation box(soup, {.negligible_height = height});
+        const std::vector<double> sizes = geometric_sizes(box, rule);
+        return *std::min_element(sizes.begin(), sizes.end());
+    };
+    CHECK(smallest(0) < 0.04);
+    CHECK(smallest(0.1) == Approx(10));
 }

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "support/parts.hpp"
 #include "support/triangulations.hpp"
 
 using namespace gradus;
@@ -391,4 +392,14 @@ TEST_CASE("features do not depend on numbers, place or size", "[property]") {
         CHECK(edges(*other) == edges(a));
         CHECK(other->corners() == a.corners());
     }
+}
+
+TEST_CASE("the rim of a coarse cylinder has no corners, that of a square prism has four", "[exact]") {
+    const int sides = GENERATE(4, 8, 12);
+    CAPTURE(sides);
+    const TriangleSoup soup = parts::prism(parts::polygon(sides), 2);
+    const Found prism = found_in(Mesh{soup.points, soup.triangles}, {.scale = 0.001});
+    const auto corners = std::count(prism.features.corner.begin(), prism.features.corner.end(), 1);
+    CHECK(corners == (sides == 4 ? 8 : 0));
+    CHECK(prism.features.chains.size() == (sides == 4 ? 12U : 2U));
 }

@@ -44,6 +44,29 @@ inline gradus::TriangleSoup prism(const Outline& outline, double height) {
     return soup;
 }
 
+/// A profile of (radius, height), from the axis below to the axis above, turned around the z axis in some steps; planes are pairs of triangles.
+inline gradus::TriangleSoup revolved(const Outline& profile, int steps) {
+    gradus::TriangleSoup soup;
+    const int rings = static_cast<int>(profile.size()), bottom = rings * steps;
+    for (const Eigen::Vector2d& p : profile)
+        for (int i = 0; i < steps; ++i) {
+            const double angle = 2 * std::numbers::pi * i / steps;
+            soup.points.emplace_back(p.x() * std::cos(angle), p.x() * std::sin(angle), p.y());
+        }
+    soup.points.emplace_back(0, 0, profile.front().y());
+    soup.points.emplace_back(0, 0, profile.back().y());
+    for (int i = 0; i < steps; ++i) {
+        const int j = (i + 1) % steps, top = (rings - 1) * steps;
+        soup.triangles.push_back({bottom, j, i});
+        soup.triangles.push_back({bottom + 1, top + i, top + j});
+        for (int k = 0; k + 1 < rings; ++k) {
+            const int a = k * steps + i, b = k * steps + j;
+            soup.triangles.insert(soup.triangles.end(), {{a, b, b + steps}, {a, b + steps, a + steps}});
+        }
+    }
+    return soup;
+}
+
 inline double volume(const gradus::TriangleSoup& soup) {
     double sum = 0;
     for (const gradus::Triangle& t : soup.triangles) sum += soup.points[t[0]].dot(soup.points[t[1]].cross(soup.points[t[2]])) / 6;
