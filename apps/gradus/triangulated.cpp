@@ -10,7 +10,6 @@
 #include <set>
 
 #include "files.hpp"
-#include "gradus/control/crowded_creases.hpp"
 #include "gradus/gradation/hold.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/required_file.hpp"
@@ -19,16 +18,12 @@
 #include "gradus/mesh/labels.hpp"
 #include "gradus/mesh/order.hpp"
 #include "gradus/mesh/parts.hpp"
+#include "gradus/remesh/triangulation_for.hpp"
 
 namespace gradus::app {
 
 namespace {
 
-constexpr double kLargestNoise = 0.001;  // of the diagonal: creases that stand out by more are meant, however large a chord error is asked for
-constexpr int kMostRounds = 4;      // of taking away creases that leave no room
-constexpr double kLargestSag = 3;   // chord errors, of a round over its facets: more asks for elements a third as large as these
-constexpr double kFinest = 0.1;     // of the default hmin, down to which sizes go to keep a chord error
-constexpr double kNearFaults = 3;   // chord errors
 constexpr double kAtLeast = 1.05;   // of the least size: as small as elements may be
 constexpr double kExplained = 2, kWorthTelling = 1e-4;  // of the sag that elements explain; of the diagonal
 constexpr std::size_t kContactsTold = 3, kPartsTold = 5;
@@ -106,34 +101,14 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
         if (std::isnan(*choice.feature_angle)) throw UsageError("--feature-angle nan: not a number");
         FeatureOptions& features = options.features;
         features.angle = features.sharp_angle = features.weak_angle = features.ridge_angle = *choice.feature_angle * std::numbers::pi / 180;
-        options.features.all_from_angle = true;
+        features.all_from_angle = true;
     }
     options.label_borders = !choice.no_label_borders;
     Eigen::AlignedBox3d box;
-    for (const Eigen::Vector3d& p : soup.points) box.extend(p);
-    const double diagonal = box.diagonal().norm();
-    options.features.scale = std::min(sizing.chord_error.value_or(diagonal), kLargestNoise * diagonal);
-    if (sizing.chord_error) {
-        options.features.largest_sag = kLargestSag * *sizing.chord_error;
-        options.features.places.assign(places.begin(), places.end());
-        options.features.reach = kNearFaults * *sizing.chord_error;
-        // Curvatures that ask for elements larger than any allowed need no precision.
-        const double hmax = sizing.hmax.value_or(limits_for(diagonal).hmax);
-        options.least_curvature = 8 * *sizing.chord_error / (hmax * hmax);
-    }
-    SizingRule rule = rule_of(sizing, limits_for(diagonal));
-    if (sizing.chord_error) rule = rule_within(*sizing.chord_error, rule);
-    options.negligible_height = sizing.chord_error.value_or(0);
-    options.finest = sizing.hmin || !sizing.chord_error ? rule.hmin : kFinest * rule.hmin;
-    options.finest_by_part = rule.hmin_by_part;
+    for (const Triangle& t : soup.triangles)
+        for (const int v : t) box.extend(soup.points[v]);
     try {
-        for (int round = 1;; ++round) {
-            auto surface = std::make_unique<Triangulation>(std::move(soup), options);
-            const std::vector<std::array<int, 2>> crowded = crowded_creases(*surface, rule);
-            if (crowded.empty() || round == kMostRounds) return surface;
-            append(options.features.no_creases, crowded);
-            soup = surface->soup();
-        }
+        return triangulation_for(std::move(soup), rule_of(sizing, limits_for(box.diagonal().norm())), options, places);
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());
     }
@@ -205,7 +180,7 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
     const ChordErrorOptions keep{
         .gradation = gradation,
-        .hmin = hmin_given ? rule.hmin : kFinest * rule.hmin * smallest_part(surface),
+        .hmin = hmin_given ? rule.hmin : kFinestSize * rule.hmin * smallest_part(surface),
         .prescribed = rule.at,
         .remesh = options,
         .on_check = [&](const SurfaceMesh& draft) { stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size()))); }};
