@@ -47,6 +47,8 @@ struct Extent {
     Json json() const { return {{"low", {low.x(), low.y(), low.z()}}, {"high", {high.x(), high.y(), high.z()}}, {"diagonal", diagonal()}}; }
 };
 
+constexpr double kSliver = 0.001;  // area-length of triangles that may hold gaps
+
 std::string faults(const std::vector<std::string>& found) {
     if (found.empty()) return "nothing wrong found\n";
     std::string text;
@@ -187,15 +189,19 @@ std::string describe(const SelfContacts& contacts) {
 }
 
 // Whether a mesh can be worked with as it is, and what mends it.
-std::string verdict(const TriangleSoup& soup, const Diagnosis& diagnosis, const SelfContacts& contacts) {
+// @param worst  area-length of its triangles
+std::string verdict(const TriangleSoup& soup, const Diagnosis& diagnosis, const SelfContacts& contacts, double worst) {
     if (soup.triangles.empty()) return "NOT usable: holds no triangles\n";
     const int twins = diagnosis.closed ? 0 : num_twins(soup);
     const bool touches = !contacts.pairs.empty() || !contacts.complete;
-    if (is_clean_manifold(diagnosis) && twins == 0 && !touches) return faults({});
+    const bool is_clean = is_clean_manifold(diagnosis) && twins == 0 && !touches;
+    if (is_clean && worst > kSliver) return faults({});
+    const Repaired mended = repair(soup, default_repair(soup));
+    if (is_clean && mended.steps.empty()) return faults({});
     std::string text = is_manifold(diagnosis) ? "usable, but not sound:" : "NOT usable as it is, no oriented manifold:";
     if (twins > 0) text += fmt::format(" {} vertices at open edges lie on others (cracks);", grouped(twins));
-    if (touches) text += " its triangles touch or intersect: where --repair leaves that, mend it where it was made, a mesh of it does the same;";
-    if (const Repaired mended = repair(soup, default_repair(soup)); !mended.steps.empty()) {
+    if (touches) text += " its triangles touch or intersect: mend that where it was made, a mesh of it does the same;";
+    if (!mended.steps.empty()) {
         text += " --repair would do this:\n";
         std::istringstream lines(summary(mended.steps));
         for (std::string line; std::getline(lines, line);) text += "  " + line + "\n";
@@ -234,7 +240,7 @@ MeshInfo describe(const std::string& name, const MeshData& data) {
                             lengths.median, shape.area_length.min, shape.area_length.mean);
     const SelfContacts contacts = find_self_contacts(soup);
     text += describe(contacts);
-    text += verdict(soup, diagnosis, contacts);
+    text += verdict(soup, diagnosis, contacts, shape.area_length.min);
     return {text,
             {{"kind", "mesh"},
              {"vertices", diagnosis.num_points},

@@ -213,18 +213,28 @@ std::pair<Eigen::Vector3d, double> farthest_place(const Deviation& deviation) {
     return {farther.point, farther.largest};
 }
 
-// How far triangles as large as those near a place are from a smooth surface that turns as they do: edges times turns, over 8.
-double sag_near(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, const Eigen::Vector3d& place) {
+int nearest_triangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, const Eigen::Vector3d& place) {
     const auto distance2 = [&](const Triangle& t) { return (closest_point(place, points[t[0]], points[t[1]], points[t[2]]) - place).squaredNorm(); };
-    const Triangle& nearest = *std::min_element(triangles.begin(), triangles.end(), [&](const Triangle& s, const Triangle& t) { return distance2(s) < distance2(t); });
-    const auto normal = [&](const Triangle& t) -> Eigen::Vector3d { return (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).stableNormalized(); };
-    double longest = 0, turn = 0;
-    for (const Triangle& t : triangles) {
-        if (std::find_first_of(t.begin(), t.end(), nearest.begin(), nearest.end()) == t.end()) continue;
-        turn = std::max(turn, std::acos(std::clamp(normal(t).dot(normal(nearest)), -1.0, 1.0)));
-        for (int k = 0; k < 3; ++k) longest = std::max(longest, (points[t[(k + 1) % 3]] - points[t[k]]).norm());
+    const auto nearest = std::min_element(triangles.begin(), triangles.end(), [&](const Triangle& s, const Triangle& t) { return distance2(s) < distance2(t); });
+    return static_cast<int>(nearest - triangles.begin());
+}
+
+// How far a triangle of the mesh near a place may be from the surface as that is curved there: its edges squared over eight radii, and the
+// same of the facet of the input, which has its width from facet to facet.
+double sag_near(const Triangulation& surface, const SurfaceMesh& mesh, const Eigen::Vector3d& place) {
+    const std::vector<Eigen::Vector3d>& points = surface.soup().points;
+    const Triangle& element = mesh.triangles[nearest_triangle(mesh.points, mesh.triangles, place)];
+    const int facet = nearest_triangle(points, surface.soup().triangles, place);
+    double curvature = 0, longest = 0, side = 0;
+    for (int k = 0; k < 3; ++k) {
+        const int h = 3 * facet + k, v = surface.mesh().origin(h);
+        curvature = std::max({curvature, surface.curvature_at(h), surface.curve_curvature()[v]});
+        longest = std::max(longest, (mesh.points[element[(k + 1) % 3]] - mesh.points[element[k]]).norm());
+        side = std::max(side, (points[surface.mesh().target(h)] - points[v]).norm());
     }
-    return longest * turn / 8;
+    const Triangle& t = surface.soup().triangles[facet];
+    const double width = side > 0 ? (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).norm() / side : 0;
+    return (longest * longest + width * width) * curvature / 8;
 }
 
 }  // namespace
@@ -265,9 +275,9 @@ std::vector<std::string> notes_on(const Triangulation& surface, const Triangulat
     if (mesh.chord_error) return notes;
     const SurfaceMesh& m = mesh.result.mesh;
     const auto [place, distance] = farthest_place(mesh.deviation);
-    const double explained = sag_near(m.points, m.triangles, place) + sag_near(points, surface.soup().triangles, place);
+    const double explained = sag_near(surface, m, place);
     if (distance > kExplained * explained && distance > kWorthTelling * surface.diagonal())
-        notes.push_back(fmt::format("the mesh is {:.3g} from it at {:.6g} {:.6g} {:.6g}, where elements of that size explain {:.3g}; --chord-error bounds that", distance,
+        notes.push_back(fmt::format("the mesh is {:.3g} from it at {:.6g} {:.6g} {:.6g}, where its elements explain {:.3g}; --chord-error bounds that", distance,
                                     place.x(), place.y(), place.z(), explained));
     return notes;
 }

@@ -89,8 +89,9 @@ class Finder {
         const auto length = [&](const Branch& branch) { return length_of(surface_.features().chains[branch.chain]); };
         const bool first = !is_certain(one) && (is_certain(other) || length(one) < length(other));
         const Branch &weaker = first ? one : other, &stronger = first ? other : one;
-        int end = 1;
-        while (end < num_edges(weaker) && distance(points_[vertex(weaker, end)], stronger) < size_at(vertex(weaker, end))) ++end;
+        const auto is_close = [&](int i) { return distance(points_[vertex(weaker, i)], stronger) < size_at(vertex(weaker, i)); };
+        int end = 0;
+        while (end < num_edges(weaker) && is_close(end + 1)) ++end;
         const FeatureChain& chain = surface_.features().chains[weaker.chain];
         if (weaker.reversed) drop(chain, chain.num_edges() - end, chain.num_edges());
         else drop(chain, 0, end);

@@ -163,8 +163,9 @@ class Strips {
         : points_(points), mesh_(mesh), wedges_(wedges), regions_(regions), flats_(flats) {}
 
     void look_at(int wedge) {
-        largest = 0;
+        largest = along_long = 0;
         straight = Vector3d::Zero();
+        long_strips.clear();
         wedges_.for_each(mesh_, wedge, [&](int h) {
             for (const int e : {h, Connectivity::prev(h)})
                 if (mesh_.twin(e) >= 0 && mesh_.tag(e) < 0) look_across(e, wedges_.vertex[wedge]);
@@ -172,10 +173,12 @@ class Strips {
     }
 
     double largest = 0;                   // curvature: how much strips turn over their width, 0 if there are none
+    double along_long = 0;                 // the same of the edges along long strips
+    std::vector<int> long_strips;          // regions that are long where others end
     Vector3d straight = Vector3d::Zero();  // unit, a direction in which there is a long strip and nothing as long behind; zero if there is none
 
   private:
-    bool is_plane(int h) const { return regions_.num_facets(regions_.of(h / 3)) > 1; }
+    bool is_plane(int h) const { return regions_.is_plane(regions_.of(h / 3)); }
 
     // Of the plane beside an edge near its end at v.
     double width_at(int h, int v) const {
@@ -188,14 +191,17 @@ class Strips {
         if (turn == 0) return;
         const int sides[] = {e, mesh_.twin(e)};
         double width[2], sum = 0;
+        bool is_end = false;
         for (int k = 0; k < 2; ++k) width[k] = is_plane(sides[k]) ? width_at(sides[k], v) : 0;
         for (int k = 0; k < 2; ++k) {
             // What is wide is no part of the round that begins beside it.
             const bool is_long = width[k] > kAlikeWidths * width[1 - k] && width[1 - k] > 0;
             if (flats_.of(sides[k] / 3) < 0 && !is_long) sum += width[k] / 2;
-            if (is_long && std::abs(turn) <= kSharpestRound) add_straight(sides[k]);
+            if (is_long && std::abs(turn) <= kSharpestRound) add_straight(sides[k]), long_strips.push_back(regions_.of(sides[k] / 3)), is_end = true;
         }
-        if (sum > 0 && std::abs(turn) > std::abs(largest) * sum) largest = turn / sum;
+        if (!(sum > 0)) return;
+        if (std::abs(turn) > std::abs(largest) * sum) largest = turn / sum;
+        if (!is_end && std::abs(turn) > std::abs(along_long) * sum) along_long = turn / sum;
     }
 
     void add_straight(int h) {
@@ -224,7 +230,7 @@ void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& 
         wedges_.for_each(mesh_, wedge, [&](int h) {
             if (flats_.of(h / 3) >= 0) face = flats_.of(h / 3);
             else is_thin = is_thin && thin.has(h / 3);
-            of_planes = of_planes && regions.num_facets(regions.of(h / 3)) > 1;
+            of_planes = of_planes && regions.is_plane(regions.of(h / 3));
         });
         WedgeCurvature& curvature = curvature_[wedge];
         if (of_planes) curvature.normal = normals[wedge];
@@ -235,7 +241,17 @@ void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& 
         if (face < 0) curvature.normal = (curvature.normal - curvature.normal.dot(strips.straight) * strips.straight).stableNormalized();
         const double largest = strips.largest, k2 = face >= 0 ? 0 : std::clamp(curvature.k2, -std::abs(largest), std::abs(largest));
         if (largest != 0) curvature = {largest, k2, curvature.normal, 0, 0};
+        wedges_.for_each(mesh_, wedge, [&](int h) {
+            const std::vector<int>& ends = strips.long_strips;
+            if (std::find(ends.begin(), ends.end(), regions.of(h / 3)) != ends.end()) at_long_strip_[h] = std::abs(strips.along_long);
+        });
     }
+}
+
+double Triangulation::curvature_at(int h) const {
+    if (flats_.of(h / 3) >= 0) return 0;
+    const auto own = at_long_strip_.find(h);
+    return own != at_long_strip_.end() ? own->second : std::abs(curvature_[wedges_.of_corner[h]].k1);
 }
 
 SmoothSupport Triangulation::support(const SmoothSupport::Options& options) const {
@@ -344,8 +360,7 @@ class Cutter {
           middle_size_(at_corner_.size(), kUnknown),
           parent_(mesh_.num_triangles()),
           faced_(mesh_.num_triangles()) {
-        for (int h = 0; h < static_cast<int>(at_corner_.size()); ++h)
-            if (surface.flats().of(h / 3) < 0) at_corner_[h] = std::abs(surface.curvature()[surface.wedges().of_corner[h]].k1);
+        for (int h = 0; h < static_cast<int>(at_corner_.size()); ++h) at_corner_[h] = surface.curvature_at(h);
         if (rule.kind == SizingRule::Kind::ChordError) heed_edges();
         std::iota(source_.begin(), source_.end(), 0);
         std::iota(parent_.begin(), parent_.end(), 0);

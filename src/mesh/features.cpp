@@ -129,17 +129,18 @@ class Finder {
                 kind_[h] = Kind::Certain;
                 continue;
             }
-            const bool of_strips = regions_->num_facets(regions_->of(h / 3)) > 1 && regions_->num_facets(regions_->of(g / 3)) > 1;
+            const bool of_strips = regions_->is_plane(regions_->of(h / 3)) && regions_->is_plane(regions_->of(g / 3));
             if (turn < options_.weak_angle && !(of_strips && turn >= options_.ridge_angle)) continue;
             kind_[h] = kind_of(h, turn, of_strips);
         }
     }
 
-    // @param of_strips  whether the facets of both sides are parts of larger planes
+    // @param of_strips  whether planes meet there
     Kind kind_of(int h, double turn, bool of_strips) const {
         const BendSide one = regions_->side_of(h), other = regions_->side_of(mesh_.twin(h));
         const double unexplained = unexplained_turn(turn, one, other), width = std::min(one.width, other.width);
-        if (of_strips && turn >= options_.ridge_angle && ((is_ridge(turn, one, other) && rises(width, turn)) || sags(width, turn, one, other))) return Kind::Ridge;
+        const auto stands_out = [&] { return rises(width, turn) || (turn >= options_.weak_angle && relief(h) >= kRelief * options_.scale); };
+        if (of_strips && turn >= options_.ridge_angle && ((is_ridge(turn, one, other) && stands_out()) || sags(width, turn, one, other))) return Kind::Ridge;
         if (turn < options_.weak_angle) return Kind::None;
         if (turn < options_.sharp_angle && unexplained <= turn / 2) return Kind::None;
         if (options_.scale > 0 && relief(h) < kRelief * options_.scale) return Kind::None;
@@ -366,7 +367,9 @@ class Finder {
 
     // A half-edge of a crease beside which another feature is close, less than what creases rise at least: at the apex of its triangle.
     std::optional<int> doubled_side(int edge, const std::vector<char>& stays) const {
-        if (!is_found(edge) || (stays[mesh_.origin(edge)] && stays[mesh_.target(edge)])) return std::nullopt;
+        // What is sharper than rounds are is no side of a chamfer.
+        if (!is_found(edge) || (kind_[edge] == Kind::Ridge && turn_of(edge) > kSharpestRound)) return std::nullopt;
+        if (stays[mesh_.origin(edge)] && stays[mesh_.target(edge)]) return std::nullopt;
         for (const int h : {edge, mesh_.twin(edge)}) {
             const int next = Connectivity::next(h), prev = Connectivity::prev(h);
             // What goes on to the apex, and not beyond to others, is the same curve, unless it turns on the way.
@@ -535,7 +538,7 @@ class Finder {
     bool is_between_planes(int a, int b) const {
         if (!regions_) return false;
         const int h = mesh_.find_edge(a, b), g = mesh_.twin(h);
-        const auto is_plane = [&](int side) { return side < 0 || regions_->num_facets(regions_->of(side / 3)) > 1; };
+        const auto is_plane = [&](int side) { return side < 0 || regions_->is_plane(regions_->of(side / 3)); };
         return kind_[edge_of(mesh_, h)] >= Kind::Ridge && is_plane(h) && is_plane(g);
     }
 

@@ -111,7 +111,16 @@ PlanarRegions::PlanarRegions(std::span<const Vector3d> points, const Connectivit
         normals_.push_back(members.size() == 1 ? normal : Vector3d(sum.stableNormalized()));
         num_facets_.push_back(static_cast<int>(members.size()));
     }
+    find_planes();
     find_reaches();
+}
+
+void PlanarRegions::find_planes() {
+    is_plane_.assign(size(), 1);
+    for (int h = 0; h < std::ssize(region_) * 3; ++h) {
+        const int region = region_[h / 3], g = mesh_->twin(h);
+        if (region >= 0 && num_facets_[region] == 1 && g >= 0 && num_facets_[region_[g / 3]] == 1) is_plane_[region] = 0;
+    }
 }
 
 // Strips are quadrangles. What has more corners reaches as far from a joint as from most of its joints; where a crease cuts it off, that says
@@ -204,14 +213,14 @@ FlatFaces find_flat_faces(std::span<const Vector3d> points, const Connectivity& 
         if (!mesh.is_live_triangle(h / 3)) continue;
         const int g = mesh.twin(h), region = regions.of(h / 3);
         if (g < 0 || regions.of(g / 3) == region || regions.normal_at(h / 3).dot(regions.normal_at(g / 3)) < least) continue;
-        const bool of_strips = regions.num_facets(region) > 1 && regions.num_facets(regions.of(g / 3)) > 1;
+        const bool of_strips = regions.is_plane(region) && regions.is_plane(regions.of(g / 3));
         BendSide own, beyond;
         if (of_strips) own = regions.side_of(h), beyond = regions.side_of(g);
         if (of_strips && is_ridge(std::abs(regions.turn_at(h)), own, beyond)) continue;
         const double length = (points[mesh.target(h)] - points[mesh.origin(h)]).norm();
         smooth[region] += length;
         // On scans a facet, or two that are in a plane by chance, are among others of one; on parts what they meet are strips.
-        if (regions.num_facets(region) <= 2 && regions.num_facets(regions.of(g / 3)) == 1) continue;
+        if (regions.num_facets(region) <= 2 && !regions.is_plane(regions.of(g / 3))) continue;
         // Where a facet of a round meets a plane it turns half as much as from there to the next. A bend that turns more is that of a facet which
         // is wider than its neighbours.
         if (!of_strips) own = regions.side_of(h), beyond = regions.side_of(g);
@@ -224,7 +233,7 @@ FlatFaces find_flat_faces(std::span<const Vector3d> points, const Connectivity& 
     for (int region = 0; region < regions.size(); ++region) {
         const double most = regions.num_facets(region) > 1 ? 0.5 : 1;
         if (regions.normal(region).isZero() || wide[region] < most * smooth[region]) continue;
-        if (regions.num_facets(region) == 1 && smooth[region] == 0) continue;
+        if (!regions.is_plane(region) && smooth[region] == 0) continue;
         number[region] = static_cast<int>(flats.normals.size());
         flats.normals.push_back(regions.normal(region));
     }

@@ -115,17 +115,21 @@ class FlatResolver {
   public:
     /// @param points  of the places, as given
     /// @param unit    the same in [-1, 1]
-    FlatResolver(const Points& points, const Points& unit, std::vector<Piece> pieces)
-        : points_(points), unit_(unit), pieces_(std::move(pieces)), merged_(points.size()) {
+    /// @param flatness  see RepairOptions
+    FlatResolver(const Points& points, const Points& unit, std::vector<Piece> pieces, double flatness)
+        : points_(points), unit_(unit), pieces_(std::move(pieces)), merged_(points.size()), flatness_(flatness) {
         std::iota(merged_.begin(), merged_.end(), 0);
     }
 
     /// @returns whether it came to an end, with no flat triangle left
     bool resolve() {
-        for (int i = 0; i < static_cast<int>(pieces_.size()); ++i) enqueue(i);
-        if (waiting_.empty()) return true;
+        std::vector<int> low;
+        for (int i = 0; i < static_cast<int>(pieces_.size()); ++i)
+            if (is_on_line(i) || is_low(i)) low.push_back(i);
+        if (low.empty()) return true;
         around_.resize(points_.size());
         for (int i = 0; i < static_cast<int>(pieces_.size()); ++i) list(i);
+        for (const int i : low) enqueue(i);
         std::size_t budget = 1000 + 50 * waiting_.size();
         while (!waiting_.empty()) {
             const int i = -waiting_.top().second;
@@ -154,10 +158,36 @@ class FlatResolver {
     const std::vector<std::vector<int>>& items() const { return items_; }
 
   private:
-    bool is_flat(int i) const {
+    bool is_on_line(int i) const {
         const auto& [a, b, c] = pieces_[i].places;
-        return pieces_[i].alive && gradus::is_flat(points_[a], points_[b], points_[c]);
+        return gradus::is_flat(points_[a], points_[b], points_[c]);
     }
+    bool is_low(int i) const {
+        const auto& [a, b, c] = pieces_[i].places;
+        const Eigen::Vector3d u = unit_[b] - unit_[a], v = unit_[c] - unit_[a];
+        return flatness_ > 0 && u.cross(v).norm() <= flatness_ * std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()});
+    }
+    // Whether it does not go on straight where one triangle is across its longest side.
+    bool bends_away(int i) const {
+        const auto k = static_cast<std::size_t>(longest_side(i));
+        const int a = pieces_[i].places[k], b = pieces_[i].places[(k + 1) % 3];
+        const Eigen::Vector3d along = (unit_[b] - unit_[a]).normalized();
+        const auto off = [&](int place) -> Eigen::Vector3d {
+            const Eigen::Vector3d d = unit_[place] - unit_[a];
+            return (d - d.dot(along) * along).normalized();
+        };
+        int others = 0;
+        bool bends = false;
+        for (const int other : around_[a]) {
+            const Triangle& places = pieces_[other].places;
+            if (other == i || !pieces_[other].alive || std::find(places.begin(), places.end(), b) == places.end()) continue;
+            const int apex = *std::find_if(places.begin(), places.end(), [&](int place) { return place != a && place != b; });
+            bends = off(apex).dot(off(pieces_[i].places[(k + 2) % 3])) > -kGoesOn;
+            ++others;
+        }
+        return others == 1 && bends;
+    }
+    bool is_flat(int i) const { return pieces_[i].alive && (is_on_line(i) || (is_low(i) && bends_away(i))); }
     std::tuple<double, double, double> coordinates(int place) const { return {points_[place].x(), points_[place].y(), points_[place].z()}; }
     /// Sides by length; ties by the coordinates of the ends, not by their numbers.
     auto side_key(int i, int k) const {
@@ -259,10 +289,13 @@ class FlatResolver {
         enqueue(added);
     }
 
+    static constexpr double kGoesOn = 0.985;  // cosine of 10 degrees
+
     const Points& points_;
     const Points& unit_;
     std::vector<Piece> pieces_;
-    std::vector<int> merged_;                              // into which place
+    std::vector<int> merged_;
+    double flatness_;                              // into which place
     std::vector<std::vector<int>> around_;                 // pieces at a place, with some that left it
     std::priority_queue<std::pair<double, int>> waiting_;  // longest side
     std::map<Triangle, int> flats_;                        // the latest piece with these places
@@ -531,6 +564,7 @@ namespace {
 
 constexpr double kTwins = 4;          // roundings of the coordinates that twins are apart
 constexpr double kFarBelow = 1e-3;    // of the edges
+constexpr double kGap = 1e-4;         // height of slivers that hold gaps, over their length
 constexpr double kShortestEdges = 0.05;  // share of the edges that count for nothing
 
 // Edges of one triangle, of vertices that stand for their place.
@@ -605,7 +639,7 @@ double tolerance_of(const TriangleSoup& soup) {
     return std::min(0.1, std::max(kFarBelow * *short_one, roundings_of(soup.points, used)) / diagonal);
 }
 
-RepairOptions default_repair(const TriangleSoup& soup) { return {.weld_tolerance = tolerance_of(soup), .only_open = true}; }
+RepairOptions default_repair(const TriangleSoup& soup) { return {.weld_tolerance = tolerance_of(soup), .only_open = true, .flatness = kGap}; }
 
 int num_twins(const TriangleSoup& soup) {
     const std::vector<char> used = vertices_in_use(soup);
@@ -667,7 +701,7 @@ Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
     drop_copies(pieces, log);
 
     std::map<Edge, int> splits;
-    if (FlatResolver flats(soup.points, unit, pieces); flats.resolve()) {
+    if (FlatResolver flats(soup.points, unit, pieces, options.flatness); flats.resolve()) {
         pieces = flats.take_pieces();
         splits = flats.splits();
         for (const auto& item : flats.items()) log.add(RepairKind::FlatTriangles, item);

@@ -21,18 +21,19 @@ class Finder {
 
     ThinRounds run() {
         ThinRounds found;
-        std::vector<char> thin(regions_.size(), 0), thick(regions_.size(), 0);
+        std::vector<double> thin(regions_.size(), 0), thick(regions_.size(), 0);  // length of the middles that say so
         std::vector<Row> rows;
         for (int h = 0; h < 3 * mesh_.num_triangles(); ++h) {
             if (!mesh_.is_live_triangle(h / 3) || mesh_.twin(h) < h) continue;
             const std::optional<Row> row = row_at(h);
             if (!row) continue;
+            const double length = (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm();
             for (const Arm& arm : row->arms)
                 for (const int region : arm.strips)
-                    if (row->is_middle) (row->is_thin ? thin : thick)[region] = 1;
+                    if (row->is_middle) (row->is_thin ? thin : thick)[region] += length;
             rows.push_back(*row);
         }
-        const auto is_passed_over = [&](int region) { return thin[region] && !thick[region]; };
+        const auto is_passed_over = [&](int region) { return thin[region] > thick[region]; };
         for (const Row& row : rows) {
             const auto is_whole = [&](const Arm& arm) { return std::all_of(arm.strips.begin(), arm.strips.end(), is_passed_over); };
             if (!is_whole(row.arms[0]) || !is_whole(row.arms[1])) continue;
@@ -70,7 +71,7 @@ class Finder {
         Arm arm;
         const Vector3d from = (points_[mesh_.origin(h)] + points_[mesh_.target(h)]) / 2;
         for (int strips = 0; !is_side(h); ++strips) {
-            if (strips == kMostStrips || regions_.num_facets(regions_.of(h / 3)) < 2) return std::nullopt;
+            if (strips == kMostStrips || !regions_.is_plane(regions_.of(h / 3))) return std::nullopt;
             const PlanarRegions::Way way = regions_.across(h);
             if (way.exit < 0 || mesh_.twin(way.exit) < 0 || !regions_.is_parallel(h, way.exit)) return std::nullopt;
             if (!is_part_of_round(regions_.turn_at(way.exit), turn)) return std::nullopt;

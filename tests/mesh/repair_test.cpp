@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "support/parts.hpp"
 #include "support/soups.hpp"
 
 using namespace gradus;
@@ -451,4 +452,26 @@ TEST_CASE("the result says where its points and triangles are from, and fields f
     const TriangleSoup sound = grid(4);
     const Repaired untouched = repair(sound);
     for (std::size_t v = 0; v < sound.points.size(); ++v) CHECK(untouched.point_source[v] == static_cast<int>(v));
+}
+
+TEST_CASE("a sliver that holds a gap is resolved as a flat triangle is, needles of a plane are left", "[exact]") {
+    // A cube, the middle of one edge a gap beside it on one side: the triangle across the gap is a sliver.
+    const double gap = GENERATE(1e-12, 1e-8, 5e-5);
+    TriangleSoup cube = parts::prism({{0, 0}, {1, 0}, {1, 1}, {0, 1}}, 1);
+    const auto top = std::find(cube.triangles.begin(), cube.triangles.end(), Triangle{4, 5, 6}), side = std::find(cube.triangles.begin(), cube.triangles.end(), Triangle{0, 5, 4});
+    REQUIRE((top != cube.triangles.end() && side != cube.triangles.end()));
+    cube.points.emplace_back(0.5, gap, 1);
+    *top = {4, 8, 6};
+    cube.triangles.insert(cube.triangles.end(), {{8, 5, 6}, {4, 5, 8}});
+    const Repaired repaired = repair(cube, default_repair(cube));
+    REQUIRE(repaired.steps.size() == 1);
+    CHECK(repaired.steps[0].kind == RepairKind::FlatTriangles);
+    CHECK(repaired.steps[0].items.count == 1);
+    CHECK(repaired.soup.triangles.size() == 14);
+    CHECK(diagnose(repaired.soup).closed);
+    CHECK(parts::volume(repaired.soup) == Approx(1).epsilon(1e-4));
+    CHECK(repair(repaired.soup, default_repair(repaired.soup)).steps.empty());
+    // Caps of needles far lower than that are planes.
+    const TriangleSoup cylinder = parts::prism(parts::polygon(2000), 1);
+    CHECK(repair(cylinder, default_repair(cylinder)).steps.empty());
 }

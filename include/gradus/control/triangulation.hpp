@@ -9,6 +9,7 @@
 #include "gradus/mesh/thin_rounds.hpp"
 #include "gradus/surface/smooth_support.hpp"
 
+#include <unordered_map>
 #include <vector>
 
 namespace gradus {
@@ -40,6 +41,9 @@ class Triangulation {
     const Wedges& wedges() const { return wedges_; }
     const FlatFaces& flats() const { return flats_; }
     const std::vector<WedgeCurvature>& curvature() const { return curvature_; }  ///< one per wedge
+    /// The larger principal curvature at a corner of a triangle, absolute: that of its wedge, but of flat faces none, and of a long strip that
+    /// ends at a round its own, across it.
+    double curvature_at(int h) const;
     /// Curvature of the feature curve through each vertex, 1 / length; 0 off features and at corners.
     const std::vector<double>& curve_curvature() const { return curve_curvature_; }
     double diagonal() const { return diagonal_; }
@@ -58,6 +62,7 @@ class Triangulation {
     Wedges wedges_;
     FlatFaces flats_;
     std::vector<WedgeCurvature> curvature_;
+    std::unordered_map<int, double> at_long_strip_;  // curvature_at, where it is not the wedge's
     std::vector<double> curve_curvature_, part_share_;
     double diagonal_ = 0;
 };

@@ -54,6 +54,8 @@ class PlanarRegions {
     int size() const { return static_cast<int>(normals_.size()); }
     int of(int triangle) const { return region_[triangle]; }
     int num_facets(int region) const { return num_facets_[region]; }
+    /// Whether it is sure to be a plane: it has several facets, or its one facet is among regions that have.
+    bool is_plane(int region) const { return is_plane_[region]; }
     /// Unit; zero where no facet of it has an area.
     const Eigen::Vector3d& normal(int region) const { return normals_[region]; }
     /// The normal of the region of a triangle: also of facets that are too narrow to have one of their own.
@@ -73,11 +75,13 @@ class PlanarRegions {
     BendSide side_of(int h) const;
 
   private:
+    void find_planes();
     void find_reaches();
 
     std::span<const Eigen::Vector3d> points_;
     const Connectivity* mesh_;
     std::vector<int> region_, num_facets_;
+    std::vector<char> is_plane_;
     std::vector<double> reach_;  // of regions of more than two facets, from most of their joints; else 0
     std::vector<Eigen::Vector3d> normals_;
 };

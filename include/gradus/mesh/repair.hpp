@@ -38,13 +38,16 @@ struct RepairOptions {
     double weld_tolerance = 0;
     /// Only vertices at open edges, those of one triangle, are welded within the tolerance: what is closed stays apart from the rest.
     bool only_open = false;
+    /// Triangles whose height is no more than this part of their longest side, and that bend away from the one across it by more than 10
+    /// degrees, are resolved as flat ones are: they hold gaps as wide as that. At least 0.
+    double flatness = 0;
 };
 
 /// A distance far below the edges, within which vertices at open edges are the same: a thousandth of the edges there (of all but the shortest
 /// 5 %), and a few roundings of the coordinates at least. As a fraction of the diagonal; 0 where no edge is open.
 double tolerance_of(const TriangleSoup& soup);
 
-/// What mends cracks and nothing else is moved by: vertices at open edges, within tolerance_of().
+/// What mends cracks and T-junctions, and moves nothing else: vertices at open edges, within tolerance_of(), and slivers of 1e-4.
 RepairOptions default_repair(const TriangleSoup& soup);
 
 /// Number of vertices at open edges that default_repair() takes for another one.
