@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <sstream>
 #include <tuple>
 
 #include "commands.hpp"
@@ -235,8 +236,22 @@ std::string gradation_line(const GradationOptions& options, const GradationResul
 
 void write_report(const Options& options, const std::optional<GradationOptions>& gradation, const Made& made, const MeshReport& report,
                   const std::vector<Picture>& pictures) {
-    if (extension_of(options.report) == ".json") return write(options.report, json_of(report));
+    if (extension_of(options.report) == ".json") {
+        Json json = json_of(report);
+        if (made.json.contains("chord_error"))
+            json["deviation"] = {{"distance", made.json["distance"]},
+                                 {"chord_error", made.json["chord_error"]},
+                                 {"kept", made.json["chord_error_kept"]},
+                                 {"new_contacts", made.json["new_contacts"]}};
+        return write(options.report, json);
+    }
     HtmlReport page("Mesh of " + options.in, made.rule ? to_text(*made.rule) : "sizes of " + options.sizes);
+    if (!made.note.empty()) {
+        page.section("Surface");
+        std::istringstream lines(made.surface + made.note);
+        for (std::string line; std::getline(lines, line);) page.text(line);
+        for (const std::string& note : made.notes) page.text(note);
+    }
     page.section("Mesh");
     add_mesh(page, report);
     if (made.gradation) {

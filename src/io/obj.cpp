@@ -13,7 +13,7 @@ namespace {
 
 class ObjReader {
   public:
-    ObjReader(const std::string& path, std::string_view text) : in_(path, text, '#', true) {}
+    ObjReader(const std::string& path, std::string_view text) : path_(path), in_(path, text, '#', true) {}
 
     TriangleSoup read() {
         for (; in_.remaining() > 0; in_.next_line()) {
@@ -27,7 +27,7 @@ class ObjReader {
         if (largest_ >= soup_.points.size())
             in_.fail_at(largest_where_,
                         "vertex " + std::to_string(largest_ + 1) + " out of range; there are " + std::to_string(soup_.points.size()));
-        clip_ears(soup_, fans_);
+        clip_ears(path_, soup_, fans_);
         return std::move(soup_);
     }
 
@@ -102,6 +102,7 @@ class ObjReader {
         return static_cast<int>(vertex);
     }
 
+    const std::string& path_;
     Scanner in_;
     TriangleSoup soup_;
     std::vector<Fan> fans_;

@@ -87,7 +87,7 @@ TriangleSoup parse_off(const std::string& path, std::string_view text) {
     for (std::size_t i = 0; i < header.vertices; ++i) read_vertex(in, header, soup);
     for (std::size_t i = 0; i < header.faces; ++i) read_face(in, soup, fans);
     if (!in.at_end()) in.fail("expected the end of the file after " + std::to_string(header.faces) + " faces, found " + quoted(in.peek()));
-    clip_ears(soup, fans);
+    clip_ears(path, soup, fans);
     return soup;
 }
 

@@ -346,7 +346,7 @@ int read_label(Body& in, Type type) {
 }
 
 template <class Body>
-MeshData read_body(Body in, const Header& header, Budget budget) {
+MeshData read_body(const std::string& path, Body in, const Header& header, Budget budget) {
     MeshData data;
     TriangleSoup& soup = data.soup;
     LargestIndex<typename Body::Where> largest;
@@ -402,7 +402,7 @@ MeshData read_body(Body in, const Header& header, Budget budget) {
     if (largest.index >= static_cast<std::int64_t>(soup.points.size()))
         in.fail_at(largest.where, "vertex " + std::to_string(largest.index) + " out of range; there are " +
                                       std::to_string(soup.points.size()) + ", numbered from 0");
-    clip_ears(soup, fans);
+    clip_ears(path, soup, fans);
     return data;
 }
 
@@ -502,11 +502,11 @@ MeshData parse_ply(const std::string& path, std::string_view contents, Fields fi
     Scanner in(path, contents, '\0');
     const Header header = read_header(in, fields);
     const Budget budget(path, kNumbersPerByte * contents.size());
-    if (header.encoding == Encoding::Text) return read_body(TextBody(in), header, budget);
+    if (header.encoding == Encoding::Text) return read_body(path, TextBody(in), header, budget);
     ByteReader bytes(path, contents);
     bytes.skip(static_cast<std::size_t>(in.position() - contents.data()), "the header");
     if (header.encoding == Encoding::BigEndian) bytes.swap_bytes();
-    return read_body(BinaryBody(bytes), header, budget);
+    return read_body(path, BinaryBody(bytes), header, budget);
 }
 
 std::string ply_text(const MeshData& data) {

@@ -1,7 +1,12 @@
 #include "polygons.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+
+#include "gradus/io/error.hpp"
 
 namespace gradus::io {
 
@@ -10,6 +15,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kGoodShape = 0.15;           // of an ear that is taken at once; .29 is equilateral
+constexpr std::size_t kCornersTold = 12, kMostSides = 2'000;  // of a face that are looked at for crossings
+constexpr double kRounding = 1e-9;  // of the longer side: nearer to each other sides meet
 constexpr std::size_t kMostWork = 200'000'000;  // corners looked at in a file: fans that are left then stay, seconds later
 
 class Clipper {
@@ -71,15 +78,36 @@ class Clipper {
     Vector3d normal_;
 };
 
+// Whether two segments have a point in common, each inside.
+bool cross(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+    const Vector3d u = b - a, v = d - c, w = c - a, normal = u.cross(v);
+    const double length2 = std::max(u.squaredNorm(), v.squaredNorm());
+    if (!(normal.squaredNorm() > kRounding * kRounding * length2 * length2)) return false;
+    const double s = w.cross(v).dot(normal) / normal.squaredNorm(), t = w.cross(u).dot(normal) / normal.squaredNorm();
+    return s > 0 && s < 1 && t > 0 && t < 1 && std::abs(w.dot(normal.normalized())) <= kRounding * std::sqrt(length2);
+}
+
+bool crosses_itself(const TriangleSoup& soup, const std::vector<int>& loop) {
+    const auto at = [&](std::size_t i) -> const Vector3d& { return soup.points[loop[i % loop.size()]]; };
+    for (std::size_t i = 0; i + 2 < std::min(loop.size(), kMostSides); ++i)
+        for (std::size_t j = i + 2; j < loop.size(); ++j)
+            if (cross(at(i), at(i + 1), at(j), at(j + 1))) return true;
+    return false;
+}
+
 }  // namespace
 
-void clip_ears(TriangleSoup& soup, const std::vector<Fan>& fans) {
+void clip_ears(const std::string& path, TriangleSoup& soup, const std::vector<Fan>& fans) {
     std::size_t work = 0;
     for (const Fan& fan : fans) {
         std::vector<int> loop{soup.triangles[fan.first][0], soup.triangles[fan.first][1]};
         for (std::size_t t = fan.first; t < fan.first + fan.triangles; ++t) loop.push_back(soup.triangles[t][2]);
-        Clipper clipper(soup, std::move(loop));
+        Clipper clipper(soup, loop);
         if (clipper.is_convex()) continue;
+        if (crosses_itself(soup, loop)) {
+            loop.resize(std::min(loop.size(), kCornersTold));
+            throw IoError(path, 0, fmt::format("the face with the vertices {} (counted from 0) crosses itself", fmt::join(loop, " ")));
+        }
         const std::vector<Triangle> ears = clipper.clip(work);
         if (ears.size() == fan.triangles) std::copy(ears.begin(), ears.end(), soup.triangles.begin() + static_cast<std::ptrdiff_t>(fan.first));
     }

@@ -476,4 +476,9 @@ TEST_CASE("faces that are concave polygons have the area of the polygon, convex 
     }
     support::spill(folder / "square.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
     CHECK(read_mesh(folder / "square.obj").triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+    support::spill(folder / "bow.obj", "v 0 0 0\nv 1 0 0\nv 1 2 0\nv 0 1 0\nf 1 3 2 4\n");
+    CHECK_THROWS_WITH(read_mesh(folder / "bow.obj"), Catch::Contains("bow.obj: the face with the vertices 0 2 1 3 (counted from 0) crosses itself"));
+    // Folded over, seen along its normal: no crossing.
+    support::spill(folder / "folded.obj", "v 0 0 0\nv 1 0 0.1\nv 0.2 0.2 1\nv 0 1 0.1\nf 1 2 3 4\n");
+    CHECK(read_mesh(folder / "folded.obj").triangles.size() == 2);
 }
