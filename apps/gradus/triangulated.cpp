@@ -240,7 +240,9 @@ double sag_near(const Triangulation& surface, const SurfaceMesh& mesh, const Eig
 }  // namespace
 
 std::string why_not_kept(const Triangulation& surface, const TriangulatedMesh& mesh) {
-    const auto [place, distance] = farthest_place(mesh.deviation);
+    const std::pair<Eigen::Vector3d, double> farthest = farthest_place(mesh.deviation);
+    const Eigen::Vector3d& place = farthest.first;
+    const double distance = farthest.second;
     if (distance <= *mesh.chord_error) return "; the distance could not be bounded";
     const SurfaceMesh& m = mesh.result.mesh;
     const std::size_t v = nearest_point(m.points, place);
