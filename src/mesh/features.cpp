@@ -139,7 +139,9 @@ class Finder {
     Kind kind_of(int h, double turn, bool of_strips) const {
         const BendSide one = regions_->side_of(h), other = regions_->side_of(mesh_.twin(h));
         const double unexplained = unexplained_turn(turn, one, other), width = std::min(one.width, other.width);
-        const auto stands_out = [&] { return rises(width, turn) || (turn >= options_.weak_angle && relief(h) >= kRelief * options_.scale); };
+        // Of one facet the width says less than what is behind it.
+        const bool of_several = std::min(regions_->num_facets(regions_->of(h / 3)), regions_->num_facets(regions_->of(mesh_.twin(h) / 3))) > 1;
+        const auto stands_out = [&] { return (of_several && rises(width, turn)) || (turn >= options_.weak_angle && relief(h) >= kRelief * options_.scale); };
         if (of_strips && turn >= options_.ridge_angle && ((is_ridge(turn, one, other) && stands_out()) || sags(width, turn, one, other))) return Kind::Ridge;
         if (turn < options_.weak_angle) return Kind::None;
         if (turn < options_.sharp_angle && unexplained <= turn / 2) return Kind::None;
@@ -367,10 +369,10 @@ class Finder {
 
     // A half-edge of a crease beside which another feature is close, less than what creases rise at least: at the apex of its triangle.
     std::optional<int> doubled_side(int edge, const std::vector<char>& stays) const {
-        // What is sharper than rounds are is no side of a chamfer.
-        if (!is_found(edge) || (kind_[edge] == Kind::Ridge && turn_of(edge) > kSharpestRound)) return std::nullopt;
-        if (stays[mesh_.origin(edge)] && stays[mesh_.target(edge)]) return std::nullopt;
+        if (!is_found(edge) || (stays[mesh_.origin(edge)] && stays[mesh_.target(edge)])) return std::nullopt;
         for (const int h : {edge, mesh_.twin(edge)}) {
+            // Two bends sharper than rounds, the same way, are the rims of a plate.
+            if (kind_[edge] == Kind::Ridge && turn_of(edge) > kSharpestRound && regions_->side_of(h).next_turn > kSharpestRound) continue;
             const int next = Connectivity::next(h), prev = Connectivity::prev(h);
             // What goes on to the apex, and not beyond to others, is the same curve, unless it turns on the way.
             const auto goes_on = [&](int following, int from, int v, int to) {

@@ -935,3 +935,15 @@ TEST_CASE("the cylinders of a shaft stay straight up to their fillets", "[cli]")
     }
     CHECK(on_cylinder > 100);
 }
+
+TEST_CASE("the edges of a narrow wedge are creases, though its corners leave little room", "[cli]") {
+    const TemporaryFolder folder;
+    const double angle = GENERATE(2.0, 10.0, 25.0);
+    CAPTURE(angle);
+    const TriangleSoup in = parts::prism({{0, 0}, {1, 0}, {1, std::tan(angle * std::numbers::pi / 180)}}, 0.5);
+    write_mesh(folder / "in.off", in);
+    const json said = json::parse(run(folder, "remesh in.off -o out.off --json").out);
+    CHECK(said["feature_curves"] == 9);
+    CHECK(said["corners"] == 6);
+    CHECK(parts::volume(read_mesh(folder / "out.off")) == Approx(parts::volume(in)).epsilon(1e-9));
+}
