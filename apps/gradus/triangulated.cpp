@@ -277,8 +277,9 @@ std::vector<std::string> notes_on(const Triangulation& surface, const Triangulat
     if (mesh.chord_error) return notes;
     const SurfaceMesh& m = mesh.result.mesh;
     const auto [place, distance] = farthest_place(mesh.deviation);
+    if (distance <= kWorthTelling * surface.diagonal()) return notes;
     const double explained = sag_near(surface, m, place);
-    if (distance > kExplained * explained && distance > kWorthTelling * surface.diagonal())
+    if (distance > kExplained * explained)
         notes.push_back(fmt::format("the mesh is {:.3g} from it at {:.6g} {:.6g} {:.6g}, where its elements explain {:.3g}; --chord-error bounds that", distance,
                                     place.x(), place.y(), place.z(), explained));
     return notes;
