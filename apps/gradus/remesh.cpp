@@ -41,7 +41,7 @@ struct Options {
 };
 
 constexpr double kDefaultShock = 1.5;
-constexpr int kMostAttempts = 6;          // to keep the chord error with more features
+constexpr int kMostAttempts = 6;          // to mend a mesh with more features
 constexpr std::size_t kFewFaults = 4, kMostFaults = 20'000;  // few: what was hard on the way is left alone; too many: it is not for want of features
 constexpr std::size_t kPlacesTold = 5;  // of offenders; reports list more
 
@@ -147,15 +147,17 @@ Made mesh_patches(const Options& options, const std::optional<GradationOptions>&
 
 using Meshed = std::pair<std::shared_ptr<const Triangulation>, std::shared_ptr<const TriangulatedMesh>>;
 
-// Where a mesh does not keep the chord error: folds that were taken for noise, or for coarse rounds, may have to be features after all.
-// @returns the mesh that comes closest, with what it is a mesh of
+// Where a mesh does not keep the chord error or touches itself: folds that were taken for noise, or for coarse rounds, may have to be features
+// after all. @returns the best mesh, with what it is a mesh of
 template <class MeshIt>
-Meshed keep_by_features(Meshed best, const Options& options, const MeshIt& mesh_it, Stages& stages) {
+Meshed mend_by_features(Meshed best, const Options& options, const MeshIt& mesh_it, Stages& stages) {
     Meshed last = best;
     auto& [surface, mesh] = last;
     std::vector<Eigen::Vector3d> faults;
-    for (int attempt = 1; !mesh->kept && attempt <= kMostAttempts; ++attempt) {
+    const auto what_is_wrong = [](const TriangulatedMesh& of) { return std::tuple(!of.kept, of.contacts.count, of.deviation.bound()); };
+    for (int attempt = 1; (!mesh->kept || mesh->contacts.count > 0) && attempt <= kMostAttempts; ++attempt) {
         faults.insert(faults.end(), mesh->faults.begin(), mesh->faults.end());
+        for (const NewContact& contact : mesh->contacts.listed) faults.push_back(contact.point);
         if (attempt > 1 || mesh->faults.size() > kFewFaults) faults.insert(faults.end(), mesh->stubborn.begin(), mesh->stubborn.end());
         if (faults.size() > kMostFaults) break;
         surface = stages.run("features", [&, &before = *surface] { return with_features_at(faults, options.in, before, options.surface, options.sizing); });
@@ -165,7 +167,7 @@ Meshed keep_by_features(Meshed best, const Options& options, const MeshIt& mesh_
         } catch (const std::length_error&) {
             break;  // more triangles than there may be
         }
-        if (mesh->deviation.bound() < best.second->deviation.bound()) best = last;
+        if (what_is_wrong(*mesh) < what_is_wrong(*best.second)) best = last;
     }
     return best;
 }
@@ -193,7 +195,7 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     };
     auto mesh = mesh_it(*surface);
     const auto features_before = std::ssize(surface->features().edges());
-    std::tie(surface, mesh) = keep_by_features({surface, mesh}, options, mesh_it, stages);
+    std::tie(surface, mesh) = mend_by_features({surface, mesh}, options, mesh_it, stages);
     const auto features_added = std::ssize(surface->features().edges()) - features_before;
     const auto carried =
         std::make_shared<const Fields>(stages.run("fields", [&] { return carry(*surface, fields, mesh->result.mesh, options.out); }));
@@ -204,7 +206,7 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     made.gradation = mesh->gradation;
     made.surface = text_of(options.in, *surface);
     if (features_added != 0)
-        made.note = fmt::format("features: {} edges more than their angles ask for, to keep the chord error\n", grouped(static_cast<long long>(features_added)));
+        made.note = fmt::format("features: {} edges more than their angles ask for, where the mesh was too far from the input or touched itself\n", grouped(static_cast<long long>(features_added)));
     made.note += text_of(mesh->result.mesh.required, options.out) + text_of(*mesh, surface->diagonal()) + text_of(fields, options.out);
     made.met = mesh->kept;
     if (!mesh->kept) made.where = why_not_kept(*surface, *mesh);

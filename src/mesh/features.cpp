@@ -144,9 +144,15 @@ class Finder {
         const auto stands_out = [&] { return (of_several && rises(width, turn)) || (turn >= options_.weak_angle && relief(h) >= kRelief * options_.scale); };
         if (of_strips && turn >= options_.ridge_angle && ((is_ridge(turn, one, other) && stands_out()) || sags(width, turn, one, other))) return Kind::Ridge;
         if (turn < options_.weak_angle) return Kind::None;
+        if (turn >= options_.angle && (is_flat(h, one, other) || is_flat(mesh_.twin(h), other, one)) && is_ridge(turn, one, other) && stands_out()) return Kind::Ridge;
         if (turn < options_.sharp_angle && unexplained <= turn / 2) return Kind::None;
         if (options_.scale > 0 && relief(h) < kRelief * options_.scale) return Kind::None;
         return turn >= options_.angle ? Kind::Crease : Kind::Weak;
+    }
+
+    // Whether the side of h is a plane that no round has as a facet.
+    bool is_flat(int h, const BendSide& own, const BendSide& other) const {
+        return regions_->num_facets(regions_->of(h / 3)) > 2 && own.reach > kAlikeWidths * other.reach;
     }
 
     // Whether a round through a bend between facets, or chords, as wide as that rises too far over them. Where it begins it turns half as much.

@@ -199,8 +199,14 @@ BendSide PlanarRegions::side_of(int h) const {
         if (beyond >= 0) side.next_turn = turn_to(beyond / 3), side.next_width = across(beyond).length;
         return side;
     }
-    // No strip but a facet with a corner: the farthest of those around it says whether the surface turns on.
-    mesh_->for_each_outgoing(mesh_->apex(h), [&](int e) { side.next_turn = std::max(side.next_turn, turn_to(e / 3)); });
+    // No strip but a facet with a corner: the farthest of those around it, as far as no crease cuts them off, says whether the surface turns on.
+    const int first = Connectivity::prev(h);
+    const auto is_smooth = [&](int e) { return e >= 0 && std::abs(turn_at(e)) <= kSharpestRound; };
+    const auto include = [&](int e) { side.next_turn = std::max(side.next_turn, turn_to(e / 3)); };
+    int e = mesh_->rotate(first);
+    for (; is_smooth(e) && e != first; e = mesh_->rotate(e)) include(e);
+    const bool all_around = e == first;
+    for (e = first; !all_around && mesh_->twin(e) >= 0 && is_smooth(e); include(e)) e = Connectivity::next(mesh_->twin(e));
     side.next_width = side.width;
     side.is_strip = false;
     return side;

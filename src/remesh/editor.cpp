@@ -28,6 +28,7 @@ constexpr double kLongestByCollapse = 1.85;  // in the metric
 constexpr double kAboutAsLong = 1.05;        // over what it was: edges that are too long anyway, as those across a row of needles
 constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
 constexpr double kWorseByHalving = 1.6;  // energy over that of the whole: a needle's halves are up to 1.5 times as bad
+constexpr float kSharpCrease = 0.67f;  // lean of creases, to which triangles agree that turn by 84 degrees from what is the other way around: 96 degrees
 constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
 
 // First and second derivatives of the energy sum in a tangent plane.
@@ -99,6 +100,9 @@ void add_edge(const Vertex& x, const Vertex& a, const Eigen::Vector3d& u, Aim ai
 // Normal, as long as twice the area.
 Eigen::Vector3d area_vector(const Vertex& a, const Vertex& b, const Vertex& c) { return (b.p - a.p).cross(c.p - a.p); }
 
+// Corners and sharp creases do not know on which side the surface is: between three of their vertices, beside a notch, a triangle may be outside.
+bool may_be_outside(const Vertex& a, const Vertex& b, const Vertex& c) { return a.lean < kSharpCrease && b.lean < kSharpCrease && c.lean < kSharpCrease; }
+
 // What an operation may make of the triangles that it replaces: none that is degenerate or folded, unless one of those was worse.
 class Legality {
   public:
@@ -114,8 +118,7 @@ class Legality {
     // @param worse       by how much its energy may be above that of those that went
     bool allows(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& instead_of, double worse = 1) const {
         const double energy = triangle_energy(a, b, c, size_weight_);
-        // Corners do not know on which side the surface is: between three of them, beside a notch, a triangle may be outside.
-        if (a.lean == kAnyNormal && b.lean == kAnyNormal && c.lean == kAnyNormal && !(area_vector(a, b, c).dot(instead_of) > 0)) return false;
+        if (may_be_outside(a, b, c) && !(area_vector(a, b, c).dot(instead_of) > 0)) return false;
         // Needles have a large energy too, which is no leave to fold.
         return energy <= worse * energy_ && (energy <= kLegalEnergy || fold_of(a, b, c) <= fold_);
     }
@@ -126,7 +129,7 @@ class Legality {
     }
     double size_weight_;
     double energy_ = kLegalEnergy;
-    double fold_ = kLegalEnergy;  // the penalty alone may make up all of that energy: a turn of 84 degrees
+    double fold_ = 0;  // of needles: they turn no farther than goes unpunished
 };
 
 int penalty(int valence, bool boundary) {
@@ -177,6 +180,16 @@ double Editor::ring_energy(int v, const Vertex& x, Aim aim) const {
     mesh_.for_each_outgoing(v, [&](int h) { sum += weighted(triangle_energy(x, vertices_[mesh_.target(h)], vertices_[mesh_.apex(h)]), aim); });
     if (x.bound == Bound::Curve) for_each_on_curve(v, [&](int other) { sum += weighted(edge_energy(x, vertices_[other]), aim); });
     return sum;
+}
+
+bool Editor::turns_over(int v, const Vertex& moved) const {
+    bool any = false;
+    if (moved.lean < kSharpCrease)
+        mesh_.for_each_outgoing(v, [&](int h) {
+            const Vertex &a = vertices_[mesh_.target(h)], &b = vertices_[mesh_.apex(h)];
+            any = any || (may_be_outside(moved, a, b) && !(area_vector(moved, a, b).dot(area_vector(vertices_[v], a, b)) > 0));
+        });
+    return any;
 }
 
 double Editor::relax(int v, Aim aim) {
@@ -238,7 +251,7 @@ double Editor::relax(int v, Aim aim) {
     };
     for (int halving = 0; halving < 3 && step > kStillMoves * x.h; ++halving, sx /= 3, sy /= 3, step /= 3) {
         const std::optional<Vertex> moved = moved_by(sx, sy);
-        if (!moved || ring_energy(v, *moved, aim) >= d.value) continue;
+        if (!moved || ring_energy(v, *moved, aim) >= d.value || turns_over(v, *moved)) continue;
         const double part = step / moved->h;
         set_vertex(v, *moved);
         return part;

@@ -228,6 +228,8 @@ class Editor {
     // Whether an edge between two vertices would leave a crevice of the surface out.
     bool bridges(const Vertex& a, const Vertex& b) const;
     double ring_energy(int v, const Vertex& x, Aim aim) const;
+    // Whether moving a vertex of a sharp crease puts a triangle beside it outside the surface.
+    bool turns_over(int v, const Vertex& moved) const;
     // Calls use(other) for each edge of a feature curve at v.
     template <class Use>
     void for_each_on_curve(int v, const Use& use) const {

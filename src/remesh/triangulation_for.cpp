@@ -12,7 +12,7 @@ namespace {
 constexpr double kLargestNoise = 0.001;  // of the diagonal: creases that stand out by more are meant, however large a chord error is asked for
 constexpr int kMostRounds = 4;           // of taking away creases that leave no room
 constexpr double kLargestSag = 3;        // chord errors, of a round over its facets: more asks for elements a third as large as these
-constexpr double kNearFaults = 3;        // chord errors
+constexpr double kNearFaults = 3;        // chord errors, or of what creases stand out by
 
 double diagonal_of(const TriangleSoup& soup) {
     Eigen::AlignedBox3d box;
@@ -28,12 +28,12 @@ std::unique_ptr<Triangulation> triangulation_for(TriangleSoup soup, const Sizing
     const bool has_limit = rule.kind == SizingRule::Kind::ChordError;
     const double most = kLargestNoise * diagonal_of(soup);
     options.features.scale = has_limit ? std::min(rule.value, most) : most;
+    options.features.places.assign(places.begin(), places.end());
+    options.features.reach = kNearFaults * (has_limit ? rule.value : most);
     options.finest = rule.hmin_by_part && has_limit ? kFinestSize * rule.hmin : rule.hmin;
     options.finest_by_part = rule.hmin_by_part;
     if (has_limit) {
         options.features.largest_sag = kLargestSag * rule.value;
-        options.features.places.assign(places.begin(), places.end());
-        options.features.reach = kNearFaults * rule.value;
         options.negligible_height = rule.value;
         // Curvatures that ask for elements larger than any allowed need no precision.
         options.least_curvature = 8 * rule.value / (rule.hmax * rule.hmax);

@@ -947,3 +947,30 @@ TEST_CASE("the edges of a narrow wedge are creases, though its corners leave lit
     CHECK(said["corners"] == 6);
     CHECK(parts::volume(read_mesh(folder / "out.off")) == Approx(parts::volume(in)).epsilon(1e-9));
 }
+
+TEST_CASE("a helical gear keeps its edges, and its caps their plane", "[cli]") {
+    const TemporaryFolder folder;
+    const TriangleSoup in = parts::twisted(parts::gear(12, 3, 0.7), 0.6, 0.5, 8);
+    write_mesh(folder / "in.off", in);
+    const std::string limit = GENERATE("", " --chord-error 0.002");
+    const Outcome ran = run(folder, "remesh in.off -o out.off --json" + limit);
+    REQUIRE(ran.code == 0);  // no contacts, and the chord error kept
+    const json said = json::parse(ran.out);
+    CHECK(said["feature_curves"] == 12 * 12);  // of each tooth: on both caps its tip, its root and its flanks, and four edges between
+    CHECK(said["corners"] == 12 * 8);
+    const TriangleSoup out = read_mesh(folder / "out.off");
+    CHECK(said["area_length"]["min"] > 0.6);
+    for (const Eigen::Vector3d& p : out.points) CHECK((p.z() > -1e-12 && p.z() < 0.6 + 1e-12));
+}
+
+TEST_CASE("a shaft that is long for its chord error stays one", "[cli]") {
+    const TemporaryFolder folder;
+    const parts::Outline profile{{1, 0}, {1, 200}, {1.2, 200.2}, {1.2, 210}, {0.8, 210.4}, {0.8, 500}};
+    write_mesh(folder / "in.off", parts::revolved(profile, 24));
+    const Outcome ran = run(folder, "remesh in.off -o out.off --chord-error 0.5 --json");
+    REQUIRE(ran.code == 0);
+    const json said = json::parse(ran.out);
+    CHECK(said["chord_error_kept"] == true);
+    CHECK(said["new_contacts"]["count"] == 0);
+    CHECK(said["area_length"]["min"] > 0.7);
+}

@@ -1,6 +1,7 @@
 /// Parts as CAD programs tessellate them: prisms over outlines, with caps of needles.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -42,6 +43,38 @@ inline gradus::TriangleSoup prism(const Outline& outline, double height) {
         soup.triangles.insert(soup.triangles.end(), {{i, j, n + j}, {i, n + j, n + i}});
     }
     return soup;
+}
+
+/// Over an outline that sees the origin from everywhere, turned by an angle from layer to layer; its caps fans from the axis.
+inline gradus::TriangleSoup twisted(const Outline& outline, double height, double angle, int layers) {
+    gradus::TriangleSoup soup;
+    const int n = static_cast<int>(outline.size()), bottom = n * (layers + 1);
+    for (int k = 0; k <= layers; ++k)
+        for (const Eigen::Vector2d& p : outline) {
+            const Eigen::Vector2d q = Eigen::Rotation2Dd(angle * k / layers) * p;
+            soup.points.emplace_back(q.x(), q.y(), height * k / layers);
+        }
+    soup.points.emplace_back(0, 0, 0);
+    soup.points.emplace_back(0, 0, height);
+    for (int i = 0; i < n; ++i) {
+        const int j = (i + 1) % n, top = n * layers;
+        for (int a = 0; a < top; a += n) soup.triangles.insert(soup.triangles.end(), {{a + i, a + j, a + n + j}, {a + i, a + n + j, a + n + i}});
+        soup.triangles.insert(soup.triangles.end(), {{bottom, j, i}, {bottom + 1, top + i, top + j}});
+    }
+    return soup;
+}
+
+/// Teeth of radius 1 with rounded flanks of some facets each, counter-clockwise.
+inline Outline gear(int teeth, int facets, double root) {
+    Outline outline;
+    for (int i = 0; i < teeth; ++i)
+        for (int k = 0; k < 2 * (facets + 1); ++k) {
+            const bool rises = k <= facets;
+            const double share = double(k % (facets + 1)) / facets, radius = root + (1 - root) * (rises ? share : 1 - share);
+            const double angle = 2 * std::numbers::pi / teeth * (i + (rises ? 0.05 + 0.25 * std::sqrt(share) : 0.9 - 0.3 * std::sqrt(1 - share)));
+            outline.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+        }
+    return outline;
 }
 
 /// A profile of (radius, height), from the axis below to the axis above, turned around the z axis in some steps; planes are pairs of triangles.
