@@ -125,6 +125,44 @@ std::vector<double> part_shares(const TriangleSoup& soup, double diagonal) {
     return shares;
 }
 
+// The flat face that a wedge touches, or -1.
+std::vector<int> faces_of_wedges(const Wedges& wedges, const FlatFaces& flats) {
+    std::vector<int> face(wedges.size(), -1);
+    for (int h = 0; h < std::ssize(wedges.of_corner); ++h)
+        if (flats.of(h / 3) >= 0) face[wedges.of_corner[h]] = flats.of(h / 3);
+    return face;
+}
+
+// Curvature jumps where a flat face ends: it is told from each side alone, and what is larger counts. The surface bends somewhere in the first
+// row of facets beside the face, for all that is known as much as behind it.
+// @param face     of wedges
+// @param normals  of facets, averaged around the wedges
+std::vector<WedgeCurvature> estimate_by_sides(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges, const FlatFaces& flats,
+                                              std::span<const int> face, std::span<const Vector3d> normals, const EstimateOptions& options) {
+    if (flats.empty()) return estimate_curvature(points, mesh, wedges, normals, options);
+    const int corners = 3 * mesh.num_triangles();
+    Connectivity parted = mesh;
+    for (int h = 0; h < corners; ++h)
+        if (const int g = mesh.twin(h); g > h && flats.of(h / 3) != flats.of(g / 3)) parted.set_tag(h, 0);
+    const Wedges sides = wedges_of(parted);
+    std::vector<Vector3d> normal_of_side(sides.size(), Vector3d::Zero());
+    for (int h = 0; h < corners; ++h) normal_of_side[sides.of_corner[h]] = normals[wedges.of_corner[h]];
+    const std::vector<WedgeCurvature> of_side = estimate_curvature(points, parted, sides, normal_of_side, options);
+    std::vector<WedgeCurvature> curvature(wedges.size());
+    const auto include = [](const WedgeCurvature& other, WedgeCurvature& largest) {
+        const Vector3d normal = largest.normal.isZero() ? other.normal : largest.normal;
+        if (largest.normal.isZero() || std::abs(other.k1) > std::abs(largest.k1)) largest = other;
+        largest.normal = normal;
+    };
+    for (int h = 0; h < corners; ++h) {
+        const int wedge = wedges.of_corner[h];
+        include(of_side[sides.of_corner[h]], curvature[wedge]);
+        if (flats.of(h / 3) >= 0 || face[wedge] < 0) continue;
+        for (const int e : {Connectivity::next(h), Connectivity::prev(h)}) include(of_side[sides.of_corner[e]], curvature[wedge]);
+    }
+    return curvature;
+}
+
 }  // namespace
 
 Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& options)
@@ -146,12 +184,15 @@ Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& opti
     features_ = find_features(soup_.points, mesh_, features, known, &regions);
     frozen_ = frozen_elements(soup_.points, mesh_, soup_.required);
     wedges_ = wedges_of(mesh_);
-    const std::vector<Vector3d> normals = wedge_normals(soup_.points, mesh_, wedges_);
-    curvature_ = estimate_curvature(soup_.points, mesh_, wedges_, normals, {.least_curvature = options.least_curvature});
+    std::vector<Vector3d> normals = wedge_normals(soup_.points, mesh_, wedges_);
+    const std::vector<int> face = faces_of_wedges(wedges_, flats_);
+    for (int wedge = 0; wedge < wedges_.size(); ++wedge)
+        if (face[wedge] >= 0) normals[wedge] = flats_.normals[face[wedge]];
+    curvature_ = estimate_by_sides(soup_.points, mesh_, wedges_, flats_, face, normals, {.least_curvature = options.least_curvature});
     ChainCurvature on_chains(soup_.points, options.negligible_height, finest);
     for (const FeatureChain& chain : features_.chains) on_chains.add(chain);
     curve_curvature_ = on_chains.result();
-    heed_strips(regions, thin, normals);
+    heed_strips(regions, thin, face, normals);
 }
 
 namespace {
@@ -220,26 +261,26 @@ class Strips {
 
 // Polynomials see what is flat and the rounds beside it, and little of rounds of few strips. The strips, between tangent planes, tell better;
 // thin rounds do not count.
-// @param normals  of facets, averaged around the wedges
-void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& thin, std::span<const Vector3d> normals) {
+// @param face     of wedges, flat
+// @param normals  of facets, averaged around the wedges; those of flat faces
+void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& thin, std::span<const int> face, std::span<const Vector3d> normals) {
     Strips strips(soup_.points, mesh_, wedges_, regions, flats_);
     for (int wedge = 0; wedge < wedges_.size(); ++wedge) {
         if (wedges_.first[wedge] == Connectivity::kNone) continue;
-        int face = -1;
         bool of_planes = true, is_thin = !flats_.empty();
         wedges_.for_each(mesh_, wedge, [&](int h) {
-            if (flats_.of(h / 3) >= 0) face = flats_.of(h / 3);
-            else is_thin = is_thin && thin.has(h / 3);
+            if (flats_.of(h / 3) < 0) is_thin = is_thin && thin.has(h / 3);
             of_planes = of_planes && regions.is_plane(regions.of(h / 3));
         });
         WedgeCurvature& curvature = curvature_[wedge];
         if (of_planes) curvature.normal = normals[wedge];
         if (is_thin) curvature = {0, 0, curvature.normal, 0, 0};
-        if (face >= 0) curvature.normal = flats_.normals[face];
-        if (is_thin || (face < 0 && !of_planes)) continue;
+        const bool at_flat = face[wedge] >= 0;
+        if (at_flat) curvature.normal = normals[wedge];
+        if (is_thin || (!at_flat && !of_planes)) continue;
         strips.look_at(wedge);
-        if (face < 0) curvature.normal = (curvature.normal - curvature.normal.dot(strips.straight) * strips.straight).stableNormalized();
-        const double largest = strips.largest, k2 = face >= 0 ? 0 : std::clamp(curvature.k2, -std::abs(largest), std::abs(largest));
+        if (!at_flat) curvature.normal = (curvature.normal - curvature.normal.dot(strips.straight) * strips.straight).stableNormalized();
+        const double largest = strips.largest, k2 = at_flat ? 0 : std::clamp(curvature.k2, -std::abs(largest), std::abs(largest));
         if (largest != 0) curvature = {largest, k2, curvature.normal, 0, 0};
         wedges_.for_each(mesh_, wedge, [&](int h) {
             const std::vector<int>& ends = strips.long_strips;

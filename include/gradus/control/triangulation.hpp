@@ -53,7 +53,7 @@ class Triangulation {
     SmoothSupport support(const SmoothSupport::Options& options = {}) const;
 
   private:
-    void heed_strips(const PlanarRegions& regions, const ThinRounds& thin, std::span<const Eigen::Vector3d> normals);
+    void heed_strips(const PlanarRegions& regions, const ThinRounds& thin, std::span<const int> face, std::span<const Eigen::Vector3d> normals);
 
     TriangleSoup soup_;
     Connectivity mesh_;
