@@ -30,6 +30,7 @@ constexpr double kFall = 0.8;          // the outermost ring weighs 1 / (1 + kFa
 constexpr double kNormalWeight = 0.5;  // of a slope against a height, once both are lengths
 constexpr double kTurnedWeight = 0.01; // of the height of a neighbour that is turned farther
 constexpr double kFlatWeight = 1e-4;   // of the height there that a bend on the way would lead to
+constexpr double kMostStretch2 = 2;    // that of a chord of what turns by 90 degrees, squared
 constexpr double kRidge = 1e-12;       // keeps what the vertices do not tell near zero
 
 // The wedges and their neighbours, numbered anew so that those near each other are near each other in memory too.
@@ -398,9 +399,12 @@ class Fitter {
         for (std::vector<double>* const coordinates : {&x_, &y_, &z_}) coordinates->assign((ring.size() + 1) / 2 * 2, 0);
         for (std::size_t i = 0; i < ring.size(); ++i) {
             const Vector3d d = graph_.points[ring[i]] - origin_;
-            x_[i] = d.dot(u);
-            y_[i] = d.dot(v);
             z_[i] = d.dot(w_);
+            // Coordinates in the plane, stretched to the length of d: in these spheres are quadratics, k l^2 / 2, as far as they may turn.
+            const double length2 = d.squaredNorm(), in_plane2 = length2 - z_[i] * z_[i];
+            const double stretch = in_plane2 > 0 ? std::sqrt(std::min(kMostStretch2, length2 / in_plane2)) : 1;
+            x_[i] = stretch * d.dot(u);
+            y_[i] = stretch * d.dot(v);
         }
     }
 
