@@ -30,7 +30,6 @@ constexpr double kFall = 0.8;          // the outermost ring weighs 1 / (1 + kFa
 constexpr double kNormalWeight = 0.5;  // of a slope against a height, once both are lengths
 constexpr double kTurnedWeight = 0.01; // of the height of a neighbour that is turned farther
 constexpr double kFlatWeight = 1e-4;   // of the height there that a bend on the way would lead to
-constexpr double kMostStretch2 = 2;    // that of a chord of what turns by 90 degrees, squared
 constexpr double kRidge = 1e-12;       // keeps what the vertices do not tell near zero
 
 // The wedges and their neighbours, numbered anew so that those near each other are near each other in memory too.
@@ -119,6 +118,8 @@ class Neighbourhood {
         ends_.push_back(size);
         return size > end;
     }
+    // Whether most of its neighbours are turned far.
+    bool is_point() const { return least_ < 0; }
     // Whether there was a vertex left out as it is turned too far.
     bool turns() const { return turns_; }
     std::span<const int> members() const { return std::span(members_).first(size_); }
@@ -319,6 +320,7 @@ class Fitter {
         place(near.members());
         summed_ = 0;
         first_rings_ = near.rings();
+        largest_ = near.is_point() || std::ssize(near.members()) < kEnoughForCubic ? 0 : largest_normal_curvature(near.ring(1));
     }
     // @pre begun with this neighbourhood
     std::optional<Fit> fit(const Neighbourhood& near) {
@@ -394,17 +396,28 @@ class Fitter {
         sy_ = std::max(sy_, 1e-6 * sx_);
     }
 
+    // Of the circles that touch the plane and pass through a neighbour, unit 1 / length.
+    double largest_normal_curvature(std::span<const int> ring) const {
+        double largest = 0;
+        for (const int i : ring) {
+            const Vector3d d = graph_.points[i] - origin_;
+            const double length2 = d.squaredNorm(), curvature = length2 > 0 ? 2 * d.dot(w_) / length2 : 0;
+            if (std::abs(curvature) > std::abs(largest)) largest = curvature;
+        }
+        return largest;
+    }
+
+    // Heights z are taken less k z^2 / 2, which does not change curvatures: so spheres and cylinders of curvature k are quadratics, as far as
+    // they may turn. Quadratics are fitted to slopes too, and those over the plane.
     void see(std::span<const int> ring) {
         const Vector3d u = u_ / sx_, v = v_ / sy_;
         for (std::vector<double>* const coordinates : {&x_, &y_, &z_}) coordinates->assign((ring.size() + 1) / 2 * 2, 0);
         for (std::size_t i = 0; i < ring.size(); ++i) {
             const Vector3d d = graph_.points[ring[i]] - origin_;
-            z_[i] = d.dot(w_);
-            // Coordinates in the plane, stretched to the length of d: in these spheres are quadratics, k l^2 / 2, as far as they may turn.
-            const double length2 = d.squaredNorm(), in_plane2 = length2 - z_[i] * z_[i];
-            const double stretch = in_plane2 > 0 ? std::sqrt(std::min(kMostStretch2, length2 / in_plane2)) : 1;
-            x_[i] = stretch * d.dot(u);
-            y_[i] = stretch * d.dot(v);
+            x_[i] = d.dot(u);
+            y_[i] = d.dot(v);
+            const double z = d.dot(w_);
+            z_[i] = z - largest_ / 2 * z * z;
         }
     }
 
@@ -462,6 +475,7 @@ class Fitter {
     std::vector<double> x_, y_, z_;      // of one ring
     std::vector<Moments::Values> sums_;  // by ring
     int summed_ = 0, first_rings_ = 0;
+    double largest_ = 0;  // curvature about there, 0 where heights are taken as they are
 };
 
 // Takes a fitted normal back to where the facets around it turn: where few vertices far away lead a fit astray they know better.

@@ -26,7 +26,7 @@ struct WedgeCurvature {
 
 /// A height function is fitted to the vertices some rings around each wedge, none of them beyond a feature, by weighted least
 /// squares, not through the vertex itself [Cazals, Pouget 2005]: a cubic, or a quartic where the first rings show it to be clearly
-/// better. Coordinates in its plane are stretched to the length of the chord, so that spheres are quadratics, however coarse. Noise: rings
+/// better. Its heights z are less k z^2 / 2, so that spheres and cylinders of curvature k are quadratics, however coarse. Noise: rings
 /// are added to a cubic until the standard error that the residuals tell is below `precision`. Vertices whose normals are turned by more than
 /// 45 degrees are left out, and then no rings are added: no polynomial follows such a round. So the smoothing grows with the noise, over the
 /// second power of the edges; without noise errors fall with the third power of the edges where there are 17 vertices in two rings, else with
