@@ -4,6 +4,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -320,7 +321,7 @@ class Fitter {
         place(near.members());
         summed_ = 0;
         first_rings_ = near.rings();
-        largest_ = near.is_point() || std::ssize(near.members()) < kEnoughForCubic ? 0 : largest_normal_curvature(near.ring(1));
+        largest_ = near.is_point() || std::ssize(near.members()) < kEnoughForCubic ? 0 : largest_normal_curvature(near.members());
     }
     // @pre begun with this neighbourhood
     std::optional<Fit> fit(const Neighbourhood& near) {
@@ -396,15 +397,21 @@ class Fitter {
         sy_ = std::max(sy_, 1e-6 * sx_);
     }
 
-    // Of the circles that touch the plane and pass through a neighbour, unit 1 / length.
-    double largest_normal_curvature(std::span<const int> ring) const {
-        double largest = 0;
-        for (const int i : ring) {
+    // Of the quadratic through the origin and along the plane that is closest to some vertices, unit 1 / length.
+    double largest_normal_curvature(std::span<const int> members) const {
+        Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+        Vector3d heights = Vector3d::Zero();
+        for (const int i : members) {
             const Vector3d d = graph_.points[i] - origin_;
-            const double length2 = d.squaredNorm(), curvature = length2 > 0 ? 2 * d.dot(w_) / length2 : 0;
-            if (std::abs(curvature) > std::abs(largest)) largest = curvature;
+            const double x = d.dot(u_) / sx_, y = d.dot(v_) / sy_;
+            const Vector3d terms(x * x / 2, x * y, y * y / 2);
+            squares += terms * terms.transpose();
+            heights += d.dot(w_) * terms;
         }
-        return largest;
+        squares.diagonal().array() += kRidge * squares.trace();
+        const Vector3d second = squares.llt().solve(heights).cwiseQuotient(Vector3d(sx_ * sx_, sx_ * sy_, sy_ * sy_));
+        const double mean = (second[0] + second[2]) / 2, half = std::hypot((second[0] - second[2]) / 2, second[1]);
+        return mean + std::copysign(half, mean);
     }
 
     // Heights z are taken less k z^2 / 2, which does not change curvatures: so spheres and cylinders of curvature k are quadratics, as far as
