@@ -78,8 +78,9 @@ class Finder {
     }
 
   private:
-    // Of an edge, at its first half. A ridge is where planes meet that are no facets of a round: that is evidence enough.
-    enum class Kind : char { None, Weak, Crease, Ridge, Certain };
+    // Of an edge, at its first half. A fold is where features are asked for, a ridge where planes meet that are no facets of a round: that is
+    // evidence enough.
+    enum class Kind : char { None, Weak, Crease, Fold, Ridge, Certain };
 
     bool is_found(int edge) const { return kind_[edge] == Kind::Crease || kind_[edge] == Kind::Ridge; }
     bool is_feature(int h) const { return kind_[edge_of(mesh_, h)] >= Kind::Crease; }
@@ -122,7 +123,7 @@ class Finder {
             if (n.isZero() || m.isZero() || n.dot(m) > nearly_flat) continue;
             const double turn = std::abs(regions_->turn_at(h));
             if (turn > kFold && needs_features(mesh_.origin(h), mesh_.target(h))) {
-                kind_[h] = Kind::Certain;
+                kind_[h] = Kind::Fold;
                 continue;
             }
             if (options_.all_from_angle && turn >= options_.angle) {
@@ -304,7 +305,7 @@ class Finder {
             int at = v;
             while (static_cast<int>(edges.size()) < options_.shortest) {
                 const auto [following, beyond] = follow(at, [&](int e) { return is_feature(e) && (edges.empty() || e != edges.back()); });
-                if (following < 0 || kind_[following] >= Kind::Ridge) break;
+                if (following < 0 || kind_[following] >= Kind::Fold) break;
                 edges.push_back(following);
                 at = beyond;
                 if (degree_[at] != 2) break;
@@ -350,8 +351,8 @@ class Finder {
             const double length = this->length(h);
             ++network.edges;
             network.length += length;
-            network.certain = network.certain || kind_[h] >= Kind::Ridge;
-            if (kind_[h] >= Kind::Ridge) return;
+            network.certain = network.certain || kind_[h] >= Kind::Fold;
+            if (kind_[h] >= Kind::Fold) return;
             network.turn += length * turn_of(h);
             const std::optional<double> here = turn_beside({h}), there = turn_beside({mesh_.twin(h)});
             if (!here && !there) return;
