@@ -188,6 +188,14 @@ std::string describe(const SelfContacts& contacts) {
     return text + (contacts.pairs.count > kNamed ? " ...\n" : "\n");
 }
 
+// What closed surfaces enclose; negative where they are inside out.
+double volume_of(const TriangleSoup& soup) {
+    double six = 0;
+    const Eigen::Vector3d& origin = soup.points[soup.triangles[0][0]];
+    for (const Triangle& t : soup.triangles) six += (soup.points[t[0]] - origin).dot((soup.points[t[1]] - origin).cross(soup.points[t[2]] - origin));
+    return six / 6;
+}
+
 // Whether a mesh can be worked with as it is, and what mends it.
 // @param worst  area-length of its triangles
 std::string verdict(const TriangleSoup& soup, const Diagnosis& diagnosis, const SelfContacts& contacts, double worst) {
@@ -195,12 +203,17 @@ std::string verdict(const TriangleSoup& soup, const Diagnosis& diagnosis, const 
     const int twins = diagnosis.closed ? 0 : num_twins(soup);
     const bool touches = !contacts.pairs.empty() || !contacts.complete;
     const bool is_clean = is_clean_manifold(diagnosis) && twins == 0 && !touches;
+    if (is_clean && diagnosis.closed && volume_of(soup) < 0) return "usable, but inside out: its triangles face inwards\n";
     if (is_clean && worst > kSliver) return faults({});
     const Repaired mended = repair(soup, default_repair(soup));
     if (is_clean && mended.steps.empty()) return faults({});
     std::string text = is_manifold(diagnosis) ? "usable, but not sound:" : "NOT usable as it is, no oriented manifold:";
     if (twins > 0) text += fmt::format(" {} vertices at open edges lie on others (cracks);", grouped(twins));
-    if (touches) text += " its triangles touch or intersect: mend that where it was made, a mesh of it does the same;";
+    if (touches) {
+        const bool is_cured = !mended.steps.empty() && find_self_contacts(mended.soup).pairs.empty();
+        text += is_cured ? " its triangles touch or intersect;" : " its triangles touch or intersect: mend that where it was made, a mesh of it does the same;";
+    }
+    if (mended.soup.triangles.empty()) return "NOT usable: no triangle has an area\n";
     if (!mended.steps.empty()) {
         text += " --repair would do this:\n";
         std::istringstream lines(summary(mended.steps));
@@ -290,6 +303,7 @@ int info_of_mesh(const Options& options) {
         options.session.say(text_of(options.file, repaired) + (repaired.steps.empty() ? "" : after.text));
         info.json["repair"] = {{"steps", json_of(repaired.steps)}, {"result", after.json}};
         if (!options.out.empty()) {
+            if (result.soup.triangles.empty()) throw Failure(options.file + ": nothing is left to write");
             const bool fields = !result.point_fields.empty() || !result.cell_fields.empty();
             check_holds(options.out, result.soup.points, result.soup.triangles);
             if (holds_fields(options.out)) write_mesh_data(options.out, result);

@@ -211,6 +211,8 @@ Made mesh_triangles(const Options& options, const std::optional<GradationOptions
     made.met = mesh->kept;
     if (!mesh->kept) made.where = why_not_kept(*surface, *mesh);
     made.notes = notes_on(*surface, *mesh);
+    for (const std::string& path : options.out)
+        if (!surface->soup().labels.empty() && !holds_labels(path)) made.notes.push_back(fmt::format("its labels are left behind, {} can hold none; .mesh .msh .ply .vtu can", path));
     made.contacts = mesh->contacts.count;
     made.json = json_of(*surface);
     made.json.update(json_of(*mesh));

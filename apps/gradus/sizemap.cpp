@@ -113,6 +113,9 @@ int run_sizemap(const Options& options) {
     if (writes_mesh) {
         check_output(mesh_path, {FileKind::Mesh});
         check_distinct({options.out, mesh_path});
+        // Beside sizes that are written anew, a mesh of that name is another one.
+        if (options.background.empty() && std::filesystem::exists(mesh_path) && !std::filesystem::exists(options.out))
+            throw UsageError(fmt::format("{}: exists, and the background would take its place; name another with --background", mesh_path));
     }
 
     Stages stages(options.session);

@@ -104,11 +104,9 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
         features.all_from_angle = true;
     }
     options.label_borders = !choice.no_label_borders;
-    Eigen::AlignedBox3d box;
-    for (const Triangle& t : soup.triangles)
-        for (const int v : t) box.extend(soup.points[v]);
+    const double diagonal = diagonal_of(soup);
     try {
-        return triangulation_for(std::move(soup), rule_of(sizing, limits_for(box.diagonal().norm())), options, places);
+        return triangulation_for(std::move(soup), rule_of(sizing, limits_for(diagonal)), options, places);
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());
     }
@@ -228,7 +226,7 @@ double sag_near(const Triangulation& surface, const SurfaceMesh& mesh, const Eig
     double curvature = 0, longest = 0, side = 0;
     for (int k = 0; k < 3; ++k) {
         const int h = 3 * facet + k, v = surface.mesh().origin(h);
-        curvature = std::max({curvature, surface.curvature_at(h), surface.curve_curvature()[v]});
+        curvature = std::max({curvature, surface.corner_curvature()[h], surface.curve_curvature()[v]});
         longest = std::max(longest, (mesh.points[element[(k + 1) % 3]] - mesh.points[element[k]]).norm());
         side = std::max(side, (points[surface.mesh().target(h)] - points[v]).norm());
     }

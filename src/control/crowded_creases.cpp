@@ -43,7 +43,7 @@ class Finder {
   private:
     double size_at(int v) const {
         double largest = surface_.curve_curvature()[v];
-        surface_.mesh().for_each_outgoing(v, [&](int h) { largest = std::max(largest, std::abs(surface_.curvature()[surface_.wedges().of_corner[h]].k1)); });
+        surface_.mesh().for_each_outgoing(v, [&](int h) { largest = std::max(largest, surface_.corner_curvature()[h]); });
         return size_from_radius(rule_, 1 / std::max(largest, 1e-300));
     }
 

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
-#include <unordered_map>
 
 #include "gradus/control/clearance.hpp"
 #include "gradus/control/control_space.hpp"
@@ -90,7 +89,8 @@ class ChainCurvature {
     std::vector<double> curvature_;
 };
 
-double diagonal_of(const TriangleSoup& soup) {
+// @throws std::invalid_argument for what the constructor does not take
+double checked_diagonal(const TriangleSoup& soup) {
     if (soup.triangles.empty()) throw std::invalid_argument("a surface without triangles");
     Vector3d low = soup.points[soup.triangles[0][0]], high = low;
     for (const Triangle& t : soup.triangles)
@@ -166,7 +166,7 @@ std::vector<WedgeCurvature> estimate_by_sides(std::span<const Vector3d> points, 
 }  // namespace
 
 Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& options)
-    : soup_(std::move(soup)), mesh_(static_cast<int>(soup_.points.size()), soup_.triangles), diagonal_(diagonal_of(soup_)) {
+    : soup_(std::move(soup)), mesh_(static_cast<int>(soup_.points.size()), soup_.triangles), diagonal_(checked_diagonal(soup_)) {
     KnownFeatures known{.edges = soup_.edges, .corners = soup_.corners};
     if (options.label_borders) known.labels = soup_.labels;
     part_share_ = part_shares(soup_, diagonal_);
@@ -265,6 +265,7 @@ class Strips {
 // @param normals  of facets, averaged around the wedges; those of flat faces
 void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& thin, std::span<const int> face, std::span<const Vector3d> normals) {
     Strips strips(soup_.points, mesh_, wedges_, regions, flats_);
+    std::vector<std::pair<int, double>> at_long_strips;
     for (int wedge = 0; wedge < wedges_.size(); ++wedge) {
         if (wedges_.first[wedge] == Connectivity::kNone) continue;
         bool of_planes = true, is_thin = !flats_.empty();
@@ -284,15 +285,12 @@ void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& 
         if (largest != 0) curvature = {largest, k2, curvature.normal, 0, 0};
         wedges_.for_each(mesh_, wedge, [&](int h) {
             const std::vector<int>& ends = strips.long_strips;
-            if (std::find(ends.begin(), ends.end(), regions.of(h / 3)) != ends.end()) at_long_strip_[h] = std::abs(strips.along_long);
+            if (std::find(ends.begin(), ends.end(), regions.of(h / 3)) != ends.end()) at_long_strips.emplace_back(h, std::abs(strips.along_long));
         });
     }
-}
-
-double Triangulation::curvature_at(int h) const {
-    if (flats_.of(h / 3) >= 0) return 0;
-    const auto own = at_long_strip_.find(h);
-    return own != at_long_strip_.end() ? own->second : std::abs(curvature_[wedges_.of_corner[h]].k1);
+    corner_curvature_.resize(wedges_.of_corner.size());
+    for (int h = 0; h < std::ssize(corner_curvature_); ++h) corner_curvature_[h] = flats_.of(h / 3) >= 0 ? 0 : std::abs(curvature_[wedges_.of_corner[h]].k1);
+    for (const auto& [h, curvature] : at_long_strips) corner_curvature_[h] = curvature;
 }
 
 SmoothSupport Triangulation::support(const SmoothSupport::Options& options) const {
@@ -324,7 +322,7 @@ void heed_frozen(const Triangulation& surface, const Most& most, std::vector<dou
 
 double largest_curvature(const Triangulation& surface, int v) {
     double largest = surface.curve_curvature()[v];
-    surface.mesh().for_each_outgoing(v, [&](int h) { largest = std::max(largest, std::abs(surface.curvature()[surface.wedges().of_corner[h]].k1)); });
+    surface.mesh().for_each_outgoing(v, [&](int h) { largest = std::max(largest, surface.corner_curvature()[h]); });
     return largest;
 }
 
@@ -396,15 +394,16 @@ class Cutter {
           mesh_(surface.mesh()),
           points_(surface.soup().points),
           on_curve_(surface.curve_curvature()),
-          at_corner_(3 * static_cast<std::size_t>(mesh_.num_triangles())),
+          at_corner_(surface.corner_curvature()),
           source_(at_corner_.size()),
           middle_size_(at_corner_.size(), kUnknown),
           parent_(mesh_.num_triangles()),
           faced_(mesh_.num_triangles()) {
-        for (int h = 0; h < static_cast<int>(at_corner_.size()); ++h) at_corner_[h] = surface.curvature_at(h);
         if (rule.kind == SizingRule::Kind::ChordError) heed_edges();
         std::iota(source_.begin(), source_.end(), 0);
         std::iota(parent_.begin(), parent_.end(), 0);
+        piece_of_ = parent_;
+        for (const int t : parent_) pieces_.push_back({mesh_.triangle(t), t});
         std::vector<Bounds::Bound> bounds(points_.size(), {rule.hmax});
         in_parallel(bounds.size(), [&](int v) {
             if (mesh_.is_live_vertex(v)) bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v), limits_at(v).hmin);
@@ -668,18 +667,16 @@ class Cutter {
         return *std::min_element(v.begin(), v.end(), is_nearer);
     }
 
-    double distance(int t, const Vector3d& q) const {
-        const Triangle v = mesh_.triangle(t);
-        return (closest_point(q, points_[v[0]], points_[v[1]], points_[v[2]]) - q).norm();
-    }
+    double distance(const Triangle& v, const Vector3d& q) const { return (closest_point(q, points_[v[0]], points_[v[1]], points_[v[2]]) - q).norm(); }
 
-    // The piece of a triangle of the triangulation that is closest to a point.
+    // The piece of a triangle of the triangulation that is closest to a point of it.
     int piece_at(int triangle, const Vector3d& q) const {
-        int closest = triangle;
-        if (const auto pieces = pieces_.find(triangle); pieces != pieces_.end())
-            for (const int t : pieces->second)
-                if (distance(t, q) < distance(closest, q)) closest = t;
-        return closest;
+        int piece = triangle;
+        while (pieces_[piece].half >= 0) {
+            const int half = pieces_[piece].half;
+            piece = distance(pieces_[half + 1].corners, q) < distance(pieces_[half].corners, q) ? half + 1 : half;
+        }
+        return pieces_[piece].triangle;
     }
 
     // Puts down what a bound faces, in the piece of its triangle that holds it, unless that is small.
@@ -719,7 +716,9 @@ class Cutter {
     void divide(int h, int fresh) {
         const int t = h / 3, n = Connectivity::next(h), p = Connectivity::prev(h);
         parent_.push_back(parent_[t]);
-        pieces_[parent_[t]].push_back(fresh);
+        pieces_[piece_of_[t]].half = static_cast<int>(pieces_.size());
+        piece_of_.push_back(0);
+        for (const int half : {t, fresh}) piece_of_[half] = static_cast<int>(pieces_.size()), pieces_.push_back({mesh_.triangle(half), half});
         const double middle = middle_curvature(h);
         at_corner_.insert(at_corner_.end(), {middle, at_corner_[n], at_corner_[p]});
         at_corner_[n] = middle;
@@ -729,7 +728,7 @@ class Cutter {
         middle_size_[h] = middle_size_[n] = kUnknown;
         faced_.emplace_back();
         std::erase_if(faced_[t], [&](const Faced& faced) {
-            const bool beyond = distance(fresh, faced.point) < distance(t, faced.point);
+            const bool beyond = distance(mesh_.triangle(fresh), faced.point) < distance(mesh_.triangle(t), faced.point);
             if (beyond) faced_[fresh].push_back(faced);
             return beyond;
         });
@@ -747,7 +746,14 @@ class Cutter {
     std::vector<double> middle_size_;     // of each half-edge's edge, or kUnknown
     std::vector<int> parent_;             // triangle of the triangulation that holds each triangle
     std::vector<std::vector<Faced>> faced_;
-    std::unordered_map<int, std::vector<int>> pieces_;  // of the triangles of the triangulation that were cut, but the first
+    // The triangles of the triangulation, by their numbers, and the pieces they were cut into, by halves.
+    struct Piece {
+        Triangle corners;
+        int triangle;   // of the mesh, if it was not cut
+        int half = -1;  // the first of two that follow each other; -1: it was not cut
+    };
+    std::vector<Piece> pieces_;
+    std::vector<int> piece_of_;  // of each triangle of the mesh
 };
 
 }  // namespace

@@ -167,6 +167,11 @@ bool holds_fields(const std::string& path) {
     });
 }
 
+bool holds_labels(const std::string& path) {
+    const std::string extension = io::extension_of(path);
+    return extension != ".obj" && extension != ".off" && extension != ".stl";
+}
+
 bool marks_required(const std::string& path) {
     const std::string extension = io::extension_of(path);
     return extension == ".mesh" || extension == ".meshb";

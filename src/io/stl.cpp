@@ -116,8 +116,8 @@ TriangleSoup parse_binary(const std::string& path, std::string_view bytes) {
     const auto count = in.get<std::uint32_t>("the number of triangles");
     in.check_count(count, kBinaryFacet, "the number of triangles");
     if (in.remaining() != count * kBinaryFacet)
-        in.fail_at(kBinaryHeader, "the number of triangles is " + std::to_string(count) + ", but the file has room for " +
-                                      std::to_string(in.remaining() / kBinaryFacet));
+        in.fail_at(kBinaryHeader, "the number of triangles is " + std::to_string(count) + ", but " +
+                                      std::to_string(in.remaining() - count * kBinaryFacet) + " bytes follow the last one");
     Weld weld(count);
     for (std::uint32_t t = 0; t < count; ++t) {
         in.skip(12, "a normal");

@@ -256,7 +256,7 @@ bool is_clean_manifold(const Diagnosis& d) { return is_manifold(d) && blemishes(
 std::string summary(const Diagnosis& d) {
     std::string text = std::to_string(d.num_points) + " vertices, " + std::to_string(d.num_edges) + " edges, " +
                        std::to_string(d.num_triangles) + " triangles\n" + std::to_string(d.components) +
-                       " components, Euler characteristic " + std::to_string(d.euler_characteristic) + ", " +
+                       (d.components == 1 ? " component" : " components") + ", Euler characteristic " + std::to_string(d.euler_characteristic) + ", " +
                        (d.closed ? std::string("closed") : std::to_string(d.boundary_loops) + " boundary loops") + "\n";
     for (const std::string& line : obstacles(d)) text += line + "\n";
     for (const std::string& line : blemishes(d)) text += line + "\n";

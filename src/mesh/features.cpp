@@ -219,20 +219,22 @@ class Finder {
     void continue_creases() {
         std::vector<int> queue;
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
-            if (kind_[h] == Kind::Crease || kind_[h] == Kind::Ridge) queue.push_back(h);
+            if (kind_[h] >= Kind::Crease && kind_[h] <= Kind::Ridge) queue.push_back(h);
         for (std::size_t i = 0; i < queue.size(); ++i) {
             const int h = queue[i];
             for (const auto& [from, at] : {std::pair(mesh_.origin(h), mesh_.target(h)), std::pair(mesh_.target(h), mesh_.origin(h))}) {
                 int best = -1, features = 0;
                 double straightest = kContinues;
+                const bool is_fold = kind_[h] == Kind::Fold;
                 mesh_.for_each_edge(at, [&, from = from, at = at](int e, int other) {
                     const int edge = edge_of(mesh_, e);
                     if (kind_[edge] >= Kind::Crease) ++features;
                     const double straight = along(from, at).dot(along(at, other));
-                    if (kind_[edge] == Kind::Weak && straight > straightest) straightest = straight, best = edge;
+                    const bool goes_on = is_fold ? kind_[edge] < Kind::Crease && turn_of(edge) > kFold : kind_[edge] == Kind::Weak;
+                    if (goes_on && straight > straightest) straightest = straight, best = edge;
                 });
                 if (features > 1 || best < 0) continue;
-                kind_[best] = Kind::Crease;
+                kind_[best] = is_fold ? Kind::Fold : Kind::Crease;
                 queue.push_back(best);
             }
         }

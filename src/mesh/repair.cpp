@@ -89,7 +89,23 @@ void drop_repeated(std::vector<Piece>& pieces, Log& log) {
     });
 }
 
-void drop_copies(std::vector<Piece>& pieces, Log& log) {
+// Copies are dropped, but where they may be of two closed parts that lie against each other, if these are to stay: there they face opposite
+// ways, and each edge has an even number of triangles with both of them.
+void drop_copies(std::vector<Piece>& pieces, bool parts_may_touch, Log& log) {
+    std::vector<Edge> sides;
+    for (const Piece& piece : pieces)
+        for (int k = 0; k < 3; ++k) sides.push_back(sorted(piece.places[k], piece.places[(k + 1) % 3]));
+    std::sort(sides.begin(), sides.end());
+    const auto is_even = [&](const Edge& e) {
+        const auto [first, last] = std::equal_range(sides.begin(), sides.end(), e);
+        return (last - first) % 2 == 0;
+    };
+    const auto lie_against_each_other = [&](const Piece& a, const Piece& b) {
+        const Triangle &t = a.places, &u = b.places;
+        const auto turned = std::find(u.begin(), u.end(), t[0]) - u.begin();
+        if (u[(turned + 1) % 3] == t[1]) return false;
+        return is_even(sorted(t[0], t[1])) && is_even(sorted(t[1], t[2])) && is_even(sorted(t[2], t[0]));
+    };
     std::vector<std::pair<Triangle, int>> keys;
     keys.reserve(pieces.size());
     for (int i = 0; i < static_cast<int>(pieces.size()); ++i) keys.emplace_back(key_of(pieces[i]), i);
@@ -100,6 +116,7 @@ void drop_copies(std::vector<Piece>& pieces, Log& log) {
             first = k;
             continue;
         }
+        if (parts_may_touch && lie_against_each_other(pieces[keys[first].second], pieces[keys[k].second])) continue;
         pieces[keys[k].second].alive = false;
         copies.push_back({pieces[keys[first].second].source, pieces[keys[k].second].source});
     }
@@ -581,15 +598,6 @@ std::vector<Edge> open_edges(const std::vector<Triangle>& triangles, const std::
     return open;
 }
 
-// Vertices of triangles that are numbers and in range.
-std::vector<char> vertices_in_use(const TriangleSoup& soup) {
-    std::vector<char> used(soup.points.size(), 0);
-    for (const Triangle& t : soup.triangles)
-        for (const int v : t)
-            if (v >= 0 && v < std::ssize(soup.points) && soup.points[v].allFinite()) used[v] = 1;
-    return used;
-}
-
 double diagonal_of(const Points& points, const std::vector<char>& used) {
     Eigen::AlignedBox3d box;
     for (std::size_t v = 0; v < points.size(); ++v)
@@ -597,71 +605,81 @@ double diagonal_of(const Points& points, const std::vector<char>& used) {
     return box.isEmpty() ? 0 : box.diagonal().norm();
 }
 
-// Triangles whose corners all are in use.
-std::vector<Triangle> usable(const TriangleSoup& soup, const std::vector<char>& used) {
+// What of a soup can be used, and its edges of one triangle where vertices at one place are one.
+struct OpenSoup {
+    explicit OpenSoup(const TriangleSoup& soup) : points(soup.points) {
+        Log log;
+        const std::vector<Piece> pieces = usable_triangles(soup, log);
+        for (const Piece& piece : pieces) triangles.push_back(piece.vertices);
+        used = used_vertices(pieces, points.size());
+        diagonal = diagonal_of(points, used);
+        place = equal_places(points, used);
+        edges = open_edges(triangles, place);
+    }
+
+    const Points& points;
     std::vector<Triangle> triangles;
-    for (const Triangle& t : soup.triangles)
-        if (std::all_of(t.begin(), t.end(), [&](int v) { return v >= 0 && v < std::ssize(soup.points) && used[v]; })) triangles.push_back(t);
-    return triangles;
-}
+    std::vector<char> used;
+    std::vector<int> place;
+    std::vector<Edge> edges;
+    double diagonal;
+};
 
 // Places of vertices, where those at open edges that are within a distance are one.
-// @param tolerance  over the diagonal of what is in use
-std::vector<int> places_at_open_edges(const Points& points, const std::vector<char>& used, const std::vector<Triangle>& triangles, double tolerance) {
-    std::vector<int> place = equal_places(points, used);
-    std::vector<char> open(points.size(), 0);
-    for (const Edge& e : open_edges(triangles, place)) open[e[0]] = open[e[1]] = 1;
-    const double whole = diagonal_of(points, used), part = diagonal_of(points, open);
+// @param unit       the points in [-1, 1]
+// @param tolerance  over the diagonal
+std::vector<int> places_at_open_edges(const OpenSoup& soup, const Points& unit, double tolerance) {
+    std::vector<int> place = soup.place;
+    std::vector<char> open(unit.size(), 0);
+    for (const Edge& e : soup.edges) open[e[0]] = open[e[1]] = 1;
+    const double whole = diagonal_of(unit, soup.used), part = diagonal_of(unit, open);
     if (!(part > 0)) return place;
-    const std::vector<int> closest = close_places(points, open, tolerance * whole / part);
+    const std::vector<int> closest = close_places(unit, open, tolerance * whole / part);
     for (int& p : place)
         if (p >= 0 && open[p]) p = closest[p];
     return place;
 }
 
-double roundings_of(const Points& points, const std::vector<char>& used) {
+double roundings_of(const OpenSoup& soup) {
     Points counting;
-    for (std::size_t v = 0; v < points.size(); ++v)
-        if (used[v]) counting.push_back(points[v]);
+    for (std::size_t v = 0; v < soup.points.size(); ++v)
+        if (soup.used[v]) counting.push_back(soup.points[v]);
     return kTwins * resolution_of(counting);
+}
+
+double tolerance_of(const OpenSoup& soup) {
+    std::vector<double> lengths;
+    for (const Edge& e : soup.edges) lengths.push_back((soup.points[e[1]] - soup.points[e[0]]).norm());
+    if (lengths.empty() || !(soup.diagonal > 0)) return 0;
+    const auto short_one = lengths.begin() + static_cast<std::ptrdiff_t>(kShortestEdges * static_cast<double>(lengths.size() - 1));
+    std::nth_element(lengths.begin(), short_one, lengths.end());
+    return std::min(0.1, std::max(kFarBelow * *short_one, roundings_of(soup)) / soup.diagonal);
 }
 
 }  // namespace
 
-double tolerance_of(const TriangleSoup& soup) {
-    const std::vector<char> used = vertices_in_use(soup);
-    const double diagonal = diagonal_of(soup.points, used);
-    std::vector<double> lengths;
-    for (const Edge& e : open_edges(usable(soup, used), equal_places(soup.points, used))) lengths.push_back((soup.points[e[1]] - soup.points[e[0]]).norm());
-    if (lengths.empty() || !(diagonal > 0)) return 0;
-    const auto short_one = lengths.begin() + static_cast<std::ptrdiff_t>(kShortestEdges * static_cast<double>(lengths.size() - 1));
-    std::nth_element(lengths.begin(), short_one, lengths.end());
-    return std::min(0.1, std::max(kFarBelow * *short_one, roundings_of(soup.points, used)) / diagonal);
-}
+double tolerance_of(const TriangleSoup& soup) { return tolerance_of(OpenSoup(soup)); }
 
 RepairOptions default_repair(const TriangleSoup& soup) { return {.weld_tolerance = tolerance_of(soup), .only_open = true, .flatness = kGap}; }
 
 int num_twins(const TriangleSoup& soup) {
-    const std::vector<char> used = vertices_in_use(soup);
-    const std::vector<Triangle> triangles = usable(soup, used);
-    const double tolerance = tolerance_of(soup);
-    const std::vector<int> place = tolerance > 0 ? places_at_open_edges(to_unit_box(soup.points, used), used, triangles, tolerance) : equal_places(soup.points, used);
+    const OpenSoup open_soup(soup);
+    const double tolerance = tolerance_of(open_soup);
+    const std::vector<int> place = tolerance > 0 ? places_at_open_edges(open_soup, to_unit_box(soup.points, open_soup.used), tolerance) : open_soup.place;
     std::vector<int> itself(soup.points.size());
     std::iota(itself.begin(), itself.end(), 0);
     std::vector<char> open(soup.points.size(), 0);
-    for (const Edge& e : open_edges(triangles, itself)) open[e[0]] = open[e[1]] = 1;
+    for (const Edge& e : open_edges(open_soup.triangles, itself)) open[e[0]] = open[e[1]] = 1;
     int twins = 0;
     for (int v = 0; v < std::ssize(place); ++v) twins += open[v] && place[v] != v;
     return twins;
 }
 
 int weld_roundings(TriangleSoup& soup) {
-    const std::vector<char> used = vertices_in_use(soup);
-    const double diagonal = diagonal_of(soup.points, used);
-    const std::vector<Triangle> triangles = usable(soup, used);
-    if (!(diagonal > 0) || open_edges(triangles, equal_places(soup.points, used)).empty()) return 0;
-    const Points unit = to_unit_box(soup.points, used);
-    const std::vector<int> place = places_at_open_edges(unit, used, triangles, roundings_of(soup.points, used) / diagonal);
+    const OpenSoup open_soup(soup);
+    if (!(open_soup.diagonal > 0) || open_soup.edges.empty()) return 0;
+    const std::vector<char>& used = open_soup.used;
+    const std::vector<int> place = places_at_open_edges(open_soup, to_unit_box(soup.points, used), roundings_of(open_soup) / open_soup.diagonal);
     std::vector<int> number(soup.points.size(), kNone);
     Points kept;
     int gone = 0;
@@ -681,7 +699,22 @@ int weld_roundings(TriangleSoup& soup) {
     return gone;
 }
 
-Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
+namespace {
+
+// A place is where its first vertex is that is to stay where it is, if there is one.
+void stay_at_required(const RequiredElements& required, const std::vector<Triangle>& triangles, std::vector<int>& place) {
+    std::vector<int> stays = required.vertices;
+    for (const std::array<int, 2>& e : required.edges) stays.insert(stays.end(), e.begin(), e.end());
+    for (const int t : required.triangles) stays.insert(stays.end(), triangles[t].begin(), triangles[t].end());
+    std::sort(stays.begin(), stays.end());
+    std::vector<int> moved(place.size(), kNone);
+    for (const int v : stays)
+        if (v >= 0 && v < std::ssize(place) && place[v] != kNone && moved[place[v]] == kNone) moved[place[v]] = v;
+    for (int& p : place)
+        if (p != kNone && moved[p] != kNone) p = moved[p];
+}
+
+Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, bool parts_may_touch) {
     if (!(options.weld_tolerance >= 0 && options.weld_tolerance <= 0.1))
         throw std::invalid_argument("repair: weld tolerance " + std::to_string(options.weld_tolerance) + " is not in [0, 0.1]");
     if (!soup.labels.empty() && soup.labels.size() != soup.triangles.size())
@@ -693,12 +726,13 @@ Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
     const Points unit = to_unit_box(soup.points, used);
     std::vector<int> place;
     if (options.weld_tolerance == 0) place = equal_places(soup.points, used);
-    else if (options.only_open) place = places_at_open_edges(unit, used, usable(soup, used), options.weld_tolerance);
+    else if (options.only_open) place = places_at_open_edges(OpenSoup(soup), unit, options.weld_tolerance);
     else place = close_places(unit, used, options.weld_tolerance);
+    stay_at_required(soup.required, soup.triangles, place);
     for (Piece& piece : pieces)
         for (int& corner : piece.places) corner = place[corner];
     drop_repeated(pieces, log);
-    drop_copies(pieces, log);
+    drop_copies(pieces, parts_may_touch, log);
 
     std::map<Edge, int> splits;
     if (FlatResolver flats(soup.points, unit, pieces, options.flatness); flats.resolve()) {
@@ -707,7 +741,7 @@ Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
         for (const auto& item : flats.items()) log.add(RepairKind::FlatTriangles, item);
         for (int& p : place)
             if (p != kNone) p = flats.merged(p);
-        drop_copies(pieces, log);
+        drop_copies(pieces, parts_may_touch, log);
     }
 
     std::vector<Triangle> places, corners;
@@ -741,6 +775,31 @@ Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
     Followers(soup, pieces, place, vertices, images, splits, log).follow(result.soup);
     result.steps = log.steps();
     return result;
+}
+
+// Whether all triangles are of closed surfaces, and none has the corners of another one.
+bool is_of_closed_parts(std::vector<Triangle> triangles) {
+    std::vector<Edge> edges;
+    for (Triangle& t : triangles) {
+        for (int k = 0; k < 3; ++k) edges.push_back(sorted(t[k], t[(k + 1) % 3]));
+        std::sort(t.begin(), t.end());
+    }
+    std::sort(triangles.begin(), triangles.end());
+    if (std::adjacent_find(triangles.begin(), triangles.end()) != triangles.end()) return false;
+    std::sort(edges.begin(), edges.end());
+    for (std::size_t i = 0; i < edges.size(); i += 2)
+        if (i + 1 == edges.size() || edges[i] != edges[i + 1]) return false;
+    return true;
+}
+
+}  // namespace
+
+Repaired repair(const TriangleSoup& soup, const RepairOptions& options) {
+    Repaired repaired = repair_once(soup, options, false);
+    const auto drops_copies = [](const RepairStep& step) { return step.kind == RepairKind::DuplicateTriangles; };
+    if (std::none_of(repaired.steps.begin(), repaired.steps.end(), drops_copies)) return repaired;
+    Repaired touching = repair_once(soup, options, true);
+    return is_of_closed_parts(touching.soup.triangles) ? touching : repaired;
 }
 
 std::vector<Field> follow(std::span<const Field> fields, std::span<const int> source) {

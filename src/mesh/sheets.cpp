@@ -192,7 +192,8 @@ class Joiner {
     /// Where leaves face each other in turn, those with the inside between them belong together.
     bool join_solids(const std::vector<Leaf>& given) {
         std::vector<Leaf> leaves = given;
-        std::stable_sort(leaves.begin(), leaves.end(), [](const Leaf& a, const Leaf& b) { return a.angle < b.angle; });
+        // Of two that lie on each other the forward one first: between them is no inside, but where two solids touch.
+        std::stable_sort(leaves.begin(), leaves.end(), [](const Leaf& a, const Leaf& b) { return std::pair(a.angle, !a.forward) < std::pair(b.angle, !b.forward); });
         for (std::size_t i = 0; i < leaves.size(); ++i)
             if (leaves[i].forward == leaves[(i + 1) % leaves.size()].forward) return false;
         // The normal of a forward leaf points to larger angles, so the inside is below it.

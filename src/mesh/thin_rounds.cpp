@@ -1,8 +1,11 @@
 #include "gradus/mesh/thin_rounds.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <set>
 
 namespace gradus {
 
@@ -42,6 +45,11 @@ class Finder {
         if (found.ridges.empty()) return found;
         found.has_triangle.resize(mesh_.num_triangles());
         for (int t = 0; t < mesh_.num_triangles(); ++t) found.has_triangle[t] = mesh_.is_live_triangle(t) && is_passed_over(regions_.of(t));
+        std::vector<double> width(regions_.size(), 0);
+        for (const Row& row : rows)
+            for (const Arm& arm : row.arms)
+                for (const int region : arm.strips) width[region] = std::max(width[region], row.arms[0].width + row.arms[1].width);
+        join_at_corners(width, found);
         return found;
     }
 
@@ -99,6 +107,89 @@ class Finder {
         const auto is_nearer = [&](double there) { return std::abs(off) < std::abs(there) - kTie * width || (std::abs(std::abs(off) - std::abs(there)) <= kTie * width && off > 0); };
         const bool is_middle = (one->strips.empty() || is_nearer(off - 2 * one->first)) && (other->strips.empty() || is_nearer(off + 2 * other->first));
         return Row{h, {*one, *other}, is_middle, width <= width_[mesh_.origin(h)] || std::max(one->height, other->height) <= height_};
+    }
+
+    // What is left where thin rounds meet at a corner.
+    struct Patch {
+        std::vector<int> triangles;
+        double widest = 0;  // of the rounds around it
+        bool is_enclosed = true;
+    };
+
+    // All that hangs together with a triangle, of no flat face and no thin round.
+    Patch patch_of(int triangle, std::span<const double> width, const ThinRounds& found, std::vector<char>& seen) const {
+        Patch patch{{triangle}};
+        seen[triangle] = 1;
+        for (std::size_t i = 0; i < patch.triangles.size(); ++i)
+            for (int h = 3 * patch.triangles[i], end = h + 3; h < end; ++h) {
+                const int g = mesh_.twin(h);
+                if (g >= 0 && found.has(g / 3)) patch.widest = std::max(patch.widest, width[regions_.of(g / 3)]);
+                else if (g < 0 || (flats_.of(g / 3) < 0 && std::abs(regions_.turn_at(h)) > kSharpestRound)) patch.is_enclosed = false;
+                else if (flats_.of(g / 3) < 0 && !seen[g / 3]) seen[g / 3] = 1, patch.triangles.push_back(g / 3);
+            }
+        return patch;
+    }
+
+    // Thin rounds that meet at a corner have facets there that are of none of them, as those of an eighth of a sphere: the ridges go on over its
+    // edges to one vertex.
+    // @param width  of the round that each region is a strip of
+    void join_at_corners(std::span<const double> width, ThinRounds& found) const {
+        std::vector<char> at_ridge(points_.size(), 0), seen(mesh_.num_triangles(), 0);
+        for (const auto& [a, b] : found.ridges) at_ridge[a] = at_ridge[b] = 1;
+        for (int t = 0; t < mesh_.num_triangles(); ++t) {
+            if (!mesh_.is_live_triangle(t) || seen[t] || found.has(t) || flats_.of(t) >= 0) continue;
+            const Patch patch = patch_of(t, width, found, seen);
+            if (!patch.is_enclosed || patch.widest == 0) continue;
+            std::map<int, std::vector<int>> neighbours;
+            Eigen::AlignedBox3d box;
+            for (const int piece : patch.triangles) {
+                const Triangle v = mesh_.triangle(piece);
+                for (int k = 0; k < 3; ++k) {
+                    neighbours[v[k]].insert(neighbours[v[k]].end(), {v[(k + 1) % 3], v[(k + 2) % 3]});
+                    box.extend(points_[v[k]]);
+                }
+            }
+            if (box.diagonal().norm() > kAlikeWidths * patch.widest) continue;
+            std::vector<int> ends;
+            for (const auto& [v, others] : neighbours)
+                if (at_ridge[v]) ends.push_back(v);
+            if (ends.size() < 2) continue;
+            const std::set<std::array<int, 2>> ways = shortest_star(neighbours, ends);
+            found.ridges.insert(found.ridges.end(), ways.begin(), ways.end());
+            for (const auto& [v, others] : neighbours)
+                for (const int w : others)
+                    if (v < w && !ways.contains({v, w})) found.others.push_back({v, w});
+            for (const int piece : patch.triangles) found.has_triangle[piece] = 1;
+        }
+    }
+
+    // The edges from some vertices to the one from which the ways to all of them are shortest.
+    std::set<std::array<int, 2>> shortest_star(const std::map<int, std::vector<int>>& neighbours, std::span<const int> ends) const {
+        std::map<int, double> sum;
+        std::vector<std::map<int, int>> before(ends.size());  // of each vertex on the way from an end
+        for (std::size_t i = 0; i < ends.size(); ++i) {
+            std::map<int, double> length;
+            std::set<std::pair<double, int>> front{{0.0, ends[i]}};
+            length[ends[i]] = 0;
+            while (!front.empty()) {
+                const auto [so_far, v] = *front.begin();
+                front.erase(front.begin());
+                if (so_far > length[v]) continue;
+                sum[v] += so_far;
+                for (const int w : neighbours.at(v)) {
+                    const double longer = so_far + (points_[w] - points_[v]).norm();
+                    if (const auto known = length.find(w); known != length.end() && known->second <= longer) continue;
+                    length[w] = longer;
+                    before[i][w] = v;
+                    front.emplace(longer, w);
+                }
+            }
+        }
+        const int middle = std::min_element(sum.begin(), sum.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+        std::set<std::array<int, 2>> edges;
+        for (std::size_t i = 0; i < ends.size(); ++i)
+            for (int v = middle; v != ends[i]; v = before[i].at(v)) edges.insert({std::min(v, before[i].at(v)), std::max(v, before[i].at(v))});
+        return edges;
     }
 
     std::span<const Vector3d> points_;

@@ -34,9 +34,7 @@ constexpr int kMostLowerings = 24;
 constexpr int kMostAtOnePlace = 8;    // what eight times did not mend there, smaller sizes will not
 constexpr int kStubborn = 3;          // places lowered this often may need features
 constexpr int kSecondChances = 2;     // for places that lower sizes broke
-constexpr int kMostInVain = 4;        // meshes in a row that are no better than those before
-constexpr int kMostInVainOfFew = 8;   // the same while no more than a few triangles are at fault
-constexpr std::size_t kFew = 8;
+constexpr int kMostInVain = 6;        // meshes in a row that are no better than those before
 constexpr double kProgress = 0.95;    // of the smallest deviation so far: what counts as better
 constexpr double kSampleShare = 0.75; // of the chord error, for the samples of drafts: what is nearly too far is too far after the final schedule
 constexpr double kAsPrescribed = 0.5;  // of the size that drafts have at prescribed points: what is missed is refined again
@@ -45,8 +43,7 @@ constexpr double kFewFar = 0.01;      // of the triangles, that may be too far o
 // -- How far to lower sizes --
 constexpr double kGoal = 0.8;            // of the chord error: what just keeps it would not after the next smoothing
 constexpr double kSteepest = 0.35;       // least factor: distances far above the limit say little
-constexpr double kLeastInDrafts = 0.8;   // largest factors: less of a change is none
-constexpr double kLeast = 0.75;
+constexpr double kLeast = 0.75;          // largest factor: less of a change is none
 constexpr double kPlace = 4;   // width of a place over the chord error
 constexpr double kAtPlace = 1.5;  // sizes: how far around a place where elements are bad
 // Of the length of frozen edges, and slope from there, down to which sizes go: edges of half that length still count as unit beside them.
@@ -98,7 +95,7 @@ class Progress {
         fewest_ = std::min(fewest_, at_fault);
         smallest_ = std::min(smallest_, deviation);
         in_vain_ = better ? 0 : in_vain_ + 1;
-        return in_vain_ < (at_fault <= kFew ? kMostInVainOfFew : kMostInVain);
+        return in_vain_ < kMostInVain;
     }
 
   private:
@@ -195,19 +192,19 @@ class ChordErrorCheck : public MeshChecks {
         const std::vector<TooFar> far = proof().target().sample_from(view_of(mesh), kSampleShare * chord_error_, triangles_under(mesh.places));
         const bool is_near = static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size());
         if (is_near && has_prescribed(mesh)) return std::nullopt;
-        if (auto sizes = lower_sizes(mesh, far, kLeastInDrafts, {})) return sizes;
+        if (auto sizes = lower_sizes(mesh, far, {})) return sizes;
         return is_near ? go_on_with(mesh, mesh.sizes) : std::nullopt;
     }
 
     Sizes after_final(const SurfaceMesh& mesh, std::span<const Vector3d> in_vain) {
         const std::vector<TooFar>& at_fault = proved_.at_fault;
         if (at_fault.empty() || !progress_.goes_on(at_fault.size(), proved_.deviation.bound())) return std::nullopt;
-        if (auto sizes = lower_sizes(mesh, at_fault, kLeast, in_vain)) return sizes;
+        if (auto sizes = lower_sizes(mesh, at_fault, in_vain)) return sizes;
         // What broke may not break again once all around it has changed.
         const std::pair chance(at_fault.size(), proved_.deviation.bound());
         if (in_vain.empty() || second_chances_ == 0 || std::exchange(last_chance_, chance) == chance) return std::nullopt;
         --second_chances_;
-        return lower_sizes(mesh, at_fault, kLeast, {});
+        return lower_sizes(mesh, at_fault, {});
     }
 
     // Made when it is asked for: the mesh that begins with the triangles of the surface has fewer by then.
@@ -216,9 +213,9 @@ class ChordErrorCheck : public MeshChecks {
         return *proof_;
     }
 
-    Sizes lower_sizes(const SurfaceMesh& mesh, std::span<const TooFar> far, double least, std::span<const Vector3d> in_vain) {
+    Sizes lower_sizes(const SurfaceMesh& mesh, std::span<const TooFar> far, std::span<const Vector3d> in_vain) {
         std::vector<double> sizes = mesh.sizes;
-        if (!lower_at(mesh, far, least, in_vain, sizes)) return std::nullopt;
+        if (!lower_at(mesh, far, in_vain, sizes)) return std::nullopt;
         return go_on_with(mesh, std::move(sizes));
     }
 
@@ -250,8 +247,7 @@ class ChordErrorCheck : public MeshChecks {
     }
 
     // At the corners of triangles that are too far off. @returns whether any size was lowered
-    bool lower_at(const SurfaceMesh& mesh, std::span<const TooFar> far, double least, std::span<const Vector3d> in_vain,
-                  std::vector<double>& sizes) {
+    bool lower_at(const SurfaceMesh& mesh, std::span<const TooFar> far, std::span<const Vector3d> in_vain, std::vector<double>& sizes) {
         bool any = false;
         lowered_at_.begin_round();
         for (const TooFar& f : far) {
@@ -260,7 +256,7 @@ class ChordErrorCheck : public MeshChecks {
             const auto [times, is_first] = lowered_at_.count(f.point);
             if (times > kMostAtOnePlace) continue;
             if (times == kStubborn && is_first) made_.stubborn.push_back(closest_on_surface(f));
-            const double factor = factor_for(f.distance, times, least);
+            const double factor = factor_for(f.distance, times);
             for (const int v : corners) {
                 const double size = std::max(factor * mesh.sizes[v], options_.hmin);
                 if (size < sizes[v]) sizes[v] = size, any = true;
@@ -270,9 +266,9 @@ class ChordErrorCheck : public MeshChecks {
     }
 
     // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones, where that did not do.
-    double factor_for(double distance, int times, double least) const {
+    double factor_for(double distance, int times) const {
         const double power = times == 1 || made_.lowerings < kMostDrafts ? 0.5 : 1;
-        return std::clamp(std::pow(kGoal * chord_error_ / std::max(distance, chord_error_), power), kSteepest, least);
+        return std::clamp(std::pow(kGoal * chord_error_ / std::max(distance, chord_error_), power), kSteepest, kLeast);
     }
 
     // A bound on triangles holds on their edges too, so Full needs no more, and no TriMesh, which takes long to build.

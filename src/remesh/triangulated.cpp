@@ -31,9 +31,8 @@ constexpr double kSamePlace = 0.25;  // sizes: what was broken and moved is brok
 constexpr int kMostAttempts = 4;     // to lower sizes, and to polish
 constexpr double kWider = 3;         // each time
 constexpr int kMostRetries = 6, kMostFailures = 4;  // of places where elements are bad
-constexpr double kSmaller = 0.8;     // factor of the sizes there, each time one led to nothing better
 constexpr int kMostPartings = 8;     // of sheets that are in contact
-constexpr double kApart = 0.7;       // factor of the sizes there, each time
+constexpr double kSmaller = 0.75;    // factor of the sizes there, each time one led to nothing better
 constexpr std::size_t kMostBadPlaces = 100;
 constexpr double kAroundBad = 8;     // sizes: how far from there it is polished again
 // Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than they are worth.
@@ -822,7 +821,7 @@ class Remesher {
         std::vector<Vector3d> contacts = checks_->contacts_of(result_.mesh);
         for (int attempt = 1; attempt <= kMostPartings && !contacts.empty(); ++attempt) {
             clock_.done("check");
-            const auto sizes = checks_->sizes_below(result_.mesh, contacts, kApart);
+            const auto sizes = checks_->sizes_below(result_.mesh, contacts, kSmaller);
             if (!sizes) return;
             const State before = state();
             bool better = false;

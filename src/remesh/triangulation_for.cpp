@@ -14,13 +14,6 @@ constexpr int kMostRounds = 4;           // of taking away creases that leave no
 constexpr double kLargestSag = 3;        // chord errors, of a round over its facets: more asks for elements a third as large as these
 constexpr double kNearFaults = 3;        // chord errors, or of what creases stand out by
 
-double diagonal_of(const TriangleSoup& soup) {
-    Eigen::AlignedBox3d box;
-    for (const Triangle& t : soup.triangles)
-        for (const int v : t) box.extend(soup.points[v]);
-    return box.isEmpty() ? 0 : box.diagonal().norm();
-}
-
 }  // namespace
 
 std::unique_ptr<Triangulation> triangulation_for(TriangleSoup soup, const SizingRule& rule, TriangulationOptions options,

@@ -974,3 +974,38 @@ TEST_CASE("a shaft that is long for its chord error stays one", "[cli]") {
     CHECK(said["new_contacts"]["count"] == 0);
     CHECK(said["area_length"]["min"] > 0.7);
 }
+
+TEST_CASE("a box whose rounds are below the chord error has the edges and corners of a box", "[cli]") {
+    const TemporaryFolder folder;
+    const int facets = GENERATE(1, 2, 3, 8);
+    CAPTURE(facets);
+    write_mesh(folder / "in.off", parts::rounded_box({10, 6, 4}, 0.05, facets));
+    const Outcome ran = run(folder, "remesh in.off -o out.off --chord-error 0.1 --json");
+    REQUIRE(ran.code == 0);
+    const json said = json::parse(ran.out);
+    CHECK(said["feature_curves"] == 12);
+    CHECK(said["corners"] == 8);
+    CHECK(said["triangles"] < 2000);
+    CHECK(said["area_length"]["min"] > 0.7);
+}
+
+TEST_CASE("labels that a format cannot hold are said to be left behind", "[cli]") {
+    const TemporaryFolder folder;
+    TriangleSoup cube = triangulations::soup(triangulations::cube(1));
+    cube.labels.assign(cube.triangles.size(), 3);
+    cube.labels[0] = 7;
+    write_mesh(folder / "in.mesh", cube);
+    CHECK_THAT(run(folder, "remesh in.mesh -o out.stl").err, Catch::Contains("labels are left behind, out.stl can hold none"));
+    CHECK_THAT(run(folder, "remesh in.mesh -o out.mesh").err, !Catch::Contains("labels"));
+}
+
+TEST_CASE("sizes do not put their background in the place of another mesh", "[cli]") {
+    const TemporaryFolder folder;
+    write_mesh(folder / "in.off", triangulations::soup(triangulations::cube(1)));
+    write_mesh(folder / "keep.mesh", triangulations::soup(triangulations::cube(2)));
+    const Outcome refused = run(folder, "sizemap in.off -o keep.sol");
+    CHECK(refused.code != 0);
+    CHECK_THAT(refused.err, Catch::Contains("keep.mesh: exists"));
+    CHECK(run(folder, "sizemap in.off -o other.sol").code == 0);
+    CHECK(run(folder, "sizemap in.off -o other.sol").code == 0);
+}

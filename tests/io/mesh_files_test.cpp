@@ -419,7 +419,7 @@ TEST_CASE("malformed binary files are refused with the path and the byte", "[io]
     const std::string one("\1\0\0\0", 4), header = std::string(80, ' ') + one;
     check_refused(folder, "a.stl", std::string(84, 'x'), 0, "number of triangles");
     check_refused(folder, "a.stl", header + std::string(49, '\0'), 0, "more than the rest");
-    check_refused(folder, "a.stl", header + std::string(51, '\0'), 0, "room for");
+    check_refused(folder, "a.stl", header + std::string(51, '\0'), 0, "bytes follow");
     check_refused(folder, "a.meshb", std::string("\1\0\0\0\2\0\0\0\4\0\0\0\0\0\0\0", 16), 0, "ends before it starts");
 }
 

@@ -475,3 +475,28 @@ TEST_CASE("a sliver that holds a gap is resolved as a flat triangle is, needles 
     const TriangleSoup cylinder = parts::prism(parts::polygon(2000), 1);
     CHECK(repair(cylinder, default_repair(cylinder)).steps.empty());
 }
+
+TEST_CASE("closed parts that share a face stay apart and closed", "[mesh][repair][exact]") {
+    TriangleSoup soup;
+    add_cube(soup, {0, 0, 0});
+    const TriangleSoup one = soup;
+    const int n = static_cast<int>(one.points.size());
+    // Its mirror image in its face at x = 1, so that the triangles there are the same but for their sides.
+    for (const Eigen::Vector3d& p : one.points) soup.points.push_back({2 - p.x(), p.y(), p.z()});
+    for (const Triangle& t : one.triangles) soup.triangles.push_back({n + t[0], n + t[2], n + t[1]});
+    const Repaired repaired = repair(soup);
+    const Diagnosis found = diagnose(repaired.soup);
+    CHECK(found.closed);
+    CHECK(found.components == 2);
+    CHECK(volume(repaired.soup) == Approx(2));
+    CHECK(repaired.soup.triangles.size() == soup.triangles.size());
+}
+
+TEST_CASE("a vertex that is required stays where it is when others are welded to it", "[mesh][repair][exact]") {
+    TriangleSoup soup{.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1e-9, 0}, {1, 1, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}, {3, 4, 5}}};
+    soup.required.vertices = {3};
+    const Repaired repaired = repair(soup, {.weld_tolerance = 1e-6});
+    REQUIRE(repaired.soup.points.size() == 4);
+    REQUIRE(repaired.soup.required.vertices.size() == 1);
+    CHECK(repaired.soup.points[repaired.soup.required.vertices[0]] == Eigen::Vector3d(1, 1e-9, 0));
+}

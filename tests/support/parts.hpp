@@ -100,6 +100,43 @@ inline gradus::TriangleSoup revolved(const Outline& profile, int steps) {
     return soup;
 }
 
+/// A box about the origin whose edges and corners are rounds of some facets each; flat faces are pairs of triangles.
+inline gradus::TriangleSoup rounded_box(const Eigen::Vector3d& size, double radius, int facets) {
+    gradus::TriangleSoup soup;
+    const int columns = 4 * (facets + 1), rows = 2 * facets;  // all but the poles of the corners
+    const Eigen::Vector3d inner = size / 2 - Eigen::Vector3d::Constant(radius);
+    const auto point = [&](int corner, int side, double longitude, double latitude) {
+        const Eigen::Vector3d sign(corner == 0 || corner == 3 ? 1 : -1, corner < 2 ? 1 : -1, side);
+        const Eigen::Vector3d way(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude), std::sin(latitude));
+        soup.points.push_back(sign.cwiseProduct(inner) + radius * way);
+    };
+    const double step = std::numbers::pi / 2 / facets;
+    for (int row = 0; row < rows; ++row) {
+        const bool upper = row >= facets;
+        const double latitude = upper ? (row - facets) * step : (row + 1 - facets) * step;
+        for (int column = 0; column < columns; ++column) {
+            const int corner = column / (facets + 1);
+            point(corner, upper ? 1 : -1, (corner * facets + column % (facets + 1)) * step, latitude);
+        }
+    }
+    const int poles = rows * columns;
+    for (const int side : {-1, 1})
+        for (int corner = 0; corner < 4; ++corner) point(corner, side, 0, side * std::numbers::pi / 2);
+    for (int row = 0; row + 1 < rows; ++row)
+        for (int c = 0; c < columns; ++c) {
+            const int a = row * columns + c, b = row * columns + (c + 1) % columns;
+            soup.triangles.insert(soup.triangles.end(), {{a, b, b + columns}, {a, b + columns, a + columns}});
+        }
+    for (int c = 0; c < columns; ++c) {
+        const int next = (c + 1) % columns, here = c / (facets + 1), there = next / (facets + 1), top = (rows - 1) * columns;
+        soup.triangles.insert(soup.triangles.end(), {{poles + here, next, c}, {poles + 4 + here, top + c, top + next}});
+        if (here != there) soup.triangles.insert(soup.triangles.end(), {{poles + here, poles + there, next}, {poles + 4 + there, poles + 4 + here, top + next}});
+    }
+    soup.triangles.insert(soup.triangles.end(), {{poles, poles + 2, poles + 1}, {poles, poles + 3, poles + 2}});
+    soup.triangles.insert(soup.triangles.end(), {{poles + 4, poles + 5, poles + 6}, {poles + 4, poles + 6, poles + 7}});
+    return soup;
+}
+
 inline double volume(const gradus::TriangleSoup& soup) {
     double sum = 0;
     for (const gradus::Triangle& t : soup.triangles) sum += soup.points[t[0]].dot(soup.points[t[1]].cross(soup.points[t[2]])) / 6;

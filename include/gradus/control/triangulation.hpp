@@ -9,7 +9,6 @@
 #include "gradus/mesh/thin_rounds.hpp"
 #include "gradus/surface/smooth_support.hpp"
 
-#include <unordered_map>
 #include <vector>
 
 namespace gradus {
@@ -41,9 +40,9 @@ class Triangulation {
     const Wedges& wedges() const { return wedges_; }
     const FlatFaces& flats() const { return flats_; }
     const std::vector<WedgeCurvature>& curvature() const { return curvature_; }  ///< one per wedge
-    /// The larger principal curvature at a corner of a triangle, absolute: that of its wedge, but of flat faces none, and of a long strip that
+    /// The larger principal curvature at each corner of the triangles, absolute: that of its wedge, but of flat faces none, and of a long strip that
     /// ends at a round its own, across it.
-    double curvature_at(int h) const;
+    const std::vector<double>& corner_curvature() const { return corner_curvature_; }
     /// Curvature of the feature curve through each vertex, 1 / length; 0 off features and at corners.
     const std::vector<double>& curve_curvature() const { return curve_curvature_; }
     double diagonal() const { return diagonal_; }
@@ -62,8 +61,7 @@ class Triangulation {
     Wedges wedges_;
     FlatFaces flats_;
     std::vector<WedgeCurvature> curvature_;
-    std::unordered_map<int, double> at_long_strip_;  // curvature_at, where it is not the wedge's
-    std::vector<double> curve_curvature_, part_share_;
+    std::vector<double> corner_curvature_, curve_curvature_, part_share_;
     double diagonal_ = 0;
 };
 

@@ -68,6 +68,8 @@ void write_mesh(const std::string& path, const TriangleSoup& soup, const WriteOp
 
 /// The formats that hold fields and are written: .msh .ply .vtu. By extension.
 bool holds_fields(const std::string& path);
+/// Whether the format of a file, by its extension, keeps labels of triangles.
+bool holds_labels(const std::string& path);
 
 /// The formats that hold required elements: .mesh .meshb. By extension.
 bool marks_required(const std::string& path);

@@ -42,6 +42,9 @@ struct TriangleSoup {
     RequiredElements required = {};              ///< what remeshing does not touch
 };
 
+/// Of the box around the corners of its triangles; 0 without any.
+double diagonal_of(const TriangleSoup& soup);
+
 /// Numbers that ride along on the points or the triangles of a soup.
 struct Field {
     std::string name;

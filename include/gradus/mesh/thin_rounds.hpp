@@ -1,7 +1,8 @@
 /// Rounds between flat faces that a mesh is to pass over.
 ///
 /// Where the elements cannot follow a round, because it leaves the planes beside it by less than these may leave the surface, or because it
-/// is narrower than the smallest of them, its middle is a ridge, and nothing of it asks for a size.
+/// is narrower than the smallest of them, its middle is a ridge, and nothing of it asks for a size. Where such rounds meet at a corner, their
+/// ridges meet in one of its vertices.
 #pragma once
 
 #include "gradus/mesh/flats.hpp"
