@@ -153,7 +153,7 @@ class Finder {
 
     // Whether the side of h is a plane that no round has as a facet.
     bool is_flat(int h, const BendSide& own, const BendSide& other) const {
-        return regions_->num_facets(regions_->of(h / 3)) > 2 && own.reach > kAlikeWidths * other.reach;
+        return regions_->num_facets(regions_->of(h / 3)) > 1 && own.reach > kAlikeWidths * other.reach;
     }
 
     // Whether a round through a bend between facets, or chords, as wide as that rises too far over them. Where it begins it turns half as much.

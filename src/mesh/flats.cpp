@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 namespace gradus {
 
@@ -19,6 +20,7 @@ constexpr double kRidge = 2.0 / 3;       // of its turn, that the facets beside 
 constexpr double kSameTurn = 1e-6;       // by how much turns of one round differ, relative
 constexpr double kParallel = 0.7;        // cosine between edges on both sides of a strip
 constexpr int kMostFacets = 200;         // on a way over a region
+constexpr int kManySided = 8;            // regions around one: facets of rounds are triangles and strips
 
 Vector3d area_vector(std::span<const Vector3d> points, const Triangle& t) {
     return (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]) / 2;
@@ -123,8 +125,8 @@ void PlanarRegions::find_planes() {
     }
 }
 
-// Strips are quadrangles. What has more corners reaches as far from a joint as from most of its joints; where a crease cuts it off, that says
-// nothing of how finely it was sampled.
+// Strips are quadrangles. What has many sides is no facet of a round. Others of more than four corners reach as far from a joint as from most of
+// their joints; where a crease cuts them off, that says nothing of how finely they were sampled.
 void PlanarRegions::find_reaches() {
     struct Section {
         double width, length;
@@ -137,8 +139,19 @@ void PlanarRegions::find_reaches() {
         const bool is_cut = way.exit < 0 || (is_parallel(h, way.exit) && (mesh_->twin(way.exit) < 0 || std::abs(turn_at(way.exit)) > kSharpestRound));
         sections[region].push_back({is_cut ? std::numeric_limits<double>::infinity() : way.length, (points_[mesh_->target(h)] - points_[mesh_->origin(h)]).norm()});
     }
+    std::vector<std::set<int>> around(size());
+    for (int h = 0; h < std::ssize(region_) * 3; ++h) {
+        const int region = region_[h / 3], g = mesh_->twin(h);
+        if (region >= 0 && num_facets_[region] > 2 && g >= 0 && region_[g / 3] != region) around[region].insert(region_[g / 3]);
+    }
     reach_.assign(size(), 0);
+    is_many_sided_.assign(size(), 0);
     for (int region = 0; region < size(); ++region) {
+        is_many_sided_[region] = std::ssize(around[region]) >= kManySided;
+        if (is_many_sided_[region]) {
+            reach_[region] = std::numeric_limits<double>::infinity();
+            continue;
+        }
         std::vector<Section>& of = sections[region];
         std::sort(of.begin(), of.end(), [](const Section& a, const Section& b) { return a.width < b.width; });
         double all = 0, sum = 0;
@@ -225,8 +238,8 @@ FlatFaces find_flat_faces(std::span<const Vector3d> points, const Connectivity& 
         if (of_strips && is_ridge(std::abs(regions.turn_at(h)), own, beyond)) continue;
         const double length = (points[mesh.target(h)] - points[mesh.origin(h)]).norm();
         smooth[region] += length;
-        // On scans a facet, or two that are in a plane by chance, are among others of one; on parts what they meet are strips.
-        if (regions.num_facets(region) <= 2 && !regions.is_plane(regions.of(g / 3))) continue;
+        // On scans a facet is among others of one; on parts what it meets are strips.
+        if (regions.num_facets(region) == 1 && !regions.is_plane(regions.of(g / 3))) continue;
         // Where a facet of a round meets a plane it turns half as much as from there to the next. A bend that turns more is that of a facet which
         // is wider than its neighbours.
         if (!of_strips) own = regions.side_of(h), beyond = regions.side_of(g);
@@ -237,9 +250,9 @@ FlatFaces find_flat_faces(std::span<const Vector3d> points, const Connectivity& 
     FlatFaces flats;
     std::vector<int> number(regions.size(), -1);
     for (int region = 0; region < regions.size(); ++region) {
-        const double most = regions.num_facets(region) > 1 ? 0.5 : 1;
-        if (regions.normal(region).isZero() || wide[region] < most * smooth[region]) continue;
-        if (!regions.is_plane(region) && smooth[region] == 0) continue;
+        const double most = regions.num_facets(region) > 2 ? 0.5 : 1;
+        if (regions.normal(region).isZero()) continue;
+        if (!regions.is_many_sided(region) && (wide[region] < most * smooth[region] || (!regions.is_plane(region) && smooth[region] == 0))) continue;
         number[region] = static_cast<int>(flats.normals.size());
         flats.normals.push_back(regions.normal(region));
     }

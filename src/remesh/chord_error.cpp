@@ -43,7 +43,7 @@ constexpr double kFewFar = 0.01;      // of the triangles, that may be too far o
 // -- How far to lower sizes --
 constexpr double kGoal = 0.8;            // of the chord error: what just keeps it would not after the next smoothing
 constexpr double kSteepest = 0.35;       // least factor: distances far above the limit say little
-constexpr double kLeast = 0.75;          // largest factor: less of a change is none
+constexpr double kLeast = 0.8;           // largest factor: less of a change is none
 constexpr double kPlace = 4;   // width of a place over the chord error
 constexpr double kAtPlace = 1.5;  // sizes: how far around a place where elements are bad
 // Of the length of frozen edges, and slope from there, down to which sizes go: edges of half that length still count as unit beside them.

@@ -56,6 +56,8 @@ class PlanarRegions {
     int num_facets(int region) const { return num_facets_[region]; }
     /// Whether it is sure to be a plane: it has several facets, or its one facet is among regions that have.
     bool is_plane(int region) const { return is_plane_[region]; }
+    /// Whether it meets so many others that it is no facet of a round, but a face.
+    bool is_many_sided(int region) const { return is_many_sided_[region]; }
     /// Unit; zero where no facet of it has an area.
     const Eigen::Vector3d& normal(int region) const { return normals_[region]; }
     /// The normal of the region of a triangle: also of facets that are too narrow to have one of their own.
@@ -81,7 +83,7 @@ class PlanarRegions {
     std::span<const Eigen::Vector3d> points_;
     const Connectivity* mesh_;
     std::vector<int> region_, num_facets_;
-    std::vector<char> is_plane_;
+    std::vector<char> is_plane_, is_many_sided_;
     std::vector<double> reach_;  // of regions of more than two facets, from most of their joints; else 0
     std::vector<Eigen::Vector3d> normals_;
 };
@@ -96,7 +98,7 @@ struct FlatFaces {
 };
 
 /// A region is a flat face rather than a facet of a round if it is wider than what is beyond along most of what it meets without a ridge;
-/// a single facet must be so on all sides. What one or two facets are wider than must be planes of several facets.
+/// one or two facets must be so on all sides, and what has many sides is one anyhow. What a single facet is wider than must be planes of several facets.
 FlatFaces find_flat_faces(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, const PlanarRegions& regions);
 
 }  // namespace gradus
