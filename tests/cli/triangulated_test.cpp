@@ -1009,3 +1009,23 @@ TEST_CASE("sizes do not put their background in the place of another mesh", "[cl
     CHECK(run(folder, "sizemap in.off -o other.sol").code == 0);
     CHECK(run(folder, "sizemap in.off -o other.sol").code == 0);
 }
+
+TEST_CASE("flat ends are flat, whatever meets them", "[cli]") {
+    const TemporaryFolder folder;
+    SECTION("a square bar, twisted so coarsely that its sides are folded") {
+        write_mesh(folder / "in.off", parts::twisted({{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}, 7.5, std::numbers::pi, 36));
+        const Outcome ran = run(folder, "remesh in.off -o out.off --json");
+        REQUIRE(ran.code == 0);
+        CHECK(json::parse(ran.out)["feature_curves"] >= 8);
+        for (const Eigen::Vector3d& p : read_mesh(folder / "out.off").points) CHECK((p.z() > -1e-12 && p.z() < 7.5 + 1e-12));
+    }
+    SECTION("a cone, cut off where it turns by less than creases do") {
+        const double top = 2 * std::tan(39.8 * std::numbers::pi / 180);
+        write_mesh(folder / "in.off", parts::revolved({{3, 0}, {1, top}}, 24));
+        const Outcome ran = run(folder, "remesh in.off -o out.off --json");
+        REQUIRE(ran.code == 0);
+        CHECK(json::parse(ran.out)["feature_curves"] == 2);
+        for (const Eigen::Vector3d& p : read_mesh(folder / "out.off").points)
+            if (p.head<2>().norm() < 0.95) CHECK((std::abs(p.z() - top) < 1e-12 || std::abs(p.z()) < 1e-12));
+    }
+}
