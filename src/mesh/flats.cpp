@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <set>
+#include <utility>
+#include <vector>
 
 namespace gradus {
 
@@ -132,22 +133,24 @@ void PlanarRegions::find_reaches() {
         double width, length;
     };
     std::vector<std::vector<Section>> sections(size());
+    std::vector<std::pair<int, int>> around;  // regions, and one beside each
     for (int h = 0; h < std::ssize(region_) * 3; ++h) {
         const int region = region_[h / 3], g = mesh_->twin(h);
-        if (region < 0 || num_facets_[region] <= 2 || g < 0 || region_[g / 3] == region || std::abs(turn_at(h)) > kSharpestRound) continue;
+        if (region < 0 || num_facets_[region] <= 2 || g < 0 || region_[g / 3] == region) continue;
+        around.emplace_back(region, region_[g / 3]);
+        if (std::abs(turn_at(h)) > kSharpestRound) continue;
         const Way way = across(h);
         const bool is_cut = way.exit < 0 || (is_parallel(h, way.exit) && (mesh_->twin(way.exit) < 0 || std::abs(turn_at(way.exit)) > kSharpestRound));
         sections[region].push_back({is_cut ? std::numeric_limits<double>::infinity() : way.length, (points_[mesh_->target(h)] - points_[mesh_->origin(h)]).norm()});
     }
-    std::vector<std::set<int>> around(size());
-    for (int h = 0; h < std::ssize(region_) * 3; ++h) {
-        const int region = region_[h / 3], g = mesh_->twin(h);
-        if (region >= 0 && num_facets_[region] > 2 && g >= 0 && region_[g / 3] != region) around[region].insert(region_[g / 3]);
-    }
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    std::vector<int> num_around(size(), 0);
+    for (const auto& [region, other] : around) ++num_around[region];
     reach_.assign(size(), 0);
     is_many_sided_.assign(size(), 0);
     for (int region = 0; region < size(); ++region) {
-        is_many_sided_[region] = std::ssize(around[region]) >= kManySided;
+        is_many_sided_[region] = num_around[region] >= kManySided;
         if (is_many_sided_[region]) {
             reach_[region] = std::numeric_limits<double>::infinity();
             continue;

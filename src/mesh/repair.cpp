@@ -93,8 +93,9 @@ void drop_repeated(std::vector<Piece>& pieces, Log& log) {
 // ways, and each edge has an even number of triangles with both of them.
 void drop_copies(std::vector<Piece>& pieces, bool parts_may_touch, Log& log) {
     std::vector<Edge> sides;
-    for (const Piece& piece : pieces)
-        for (int k = 0; k < 3; ++k) sides.push_back(sorted(piece.places[k], piece.places[(k + 1) % 3]));
+    if (parts_may_touch)
+        for (const Piece& piece : pieces)
+            for (int k = 0; k < 3; ++k) sides.push_back(sorted(piece.places[k], piece.places[(k + 1) % 3]));
     std::sort(sides.begin(), sides.end());
     const auto is_even = [&](const Edge& e) {
         const auto [first, last] = std::equal_range(sides.begin(), sides.end(), e);

@@ -140,16 +140,15 @@ class Finder {
             if (!mesh_.is_live_triangle(t) || seen[t] || found.has(t) || flats_.of(t) >= 0) continue;
             const Patch patch = patch_of(t, width, found, seen);
             if (!patch.is_enclosed || patch.widest == 0) continue;
-            std::map<int, std::vector<int>> neighbours;
             Eigen::AlignedBox3d box;
+            for (const int piece : patch.triangles)
+                for (const int v : mesh_.triangle(piece)) box.extend(points_[v]);
+            if (box.diagonal().norm() > kAlikeWidths * patch.widest) continue;
+            std::map<int, std::vector<int>> neighbours;
             for (const int piece : patch.triangles) {
                 const Triangle v = mesh_.triangle(piece);
-                for (int k = 0; k < 3; ++k) {
-                    neighbours[v[k]].insert(neighbours[v[k]].end(), {v[(k + 1) % 3], v[(k + 2) % 3]});
-                    box.extend(points_[v[k]]);
-                }
+                for (int k = 0; k < 3; ++k) neighbours[v[k]].insert(neighbours[v[k]].end(), {v[(k + 1) % 3], v[(k + 2) % 3]});
             }
-            if (box.diagonal().norm() > kAlikeWidths * patch.widest) continue;
             std::vector<int> ends;
             for (const auto& [v, others] : neighbours)
                 if (at_ridge[v]) ends.push_back(v);
