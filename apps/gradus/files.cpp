@@ -145,9 +145,17 @@ TriangleSoup sound(const std::string& path, TriangleSoup soup, bool repair, cons
     const Diagnosis diagnosis = diagnose(soup);
     if (const std::string reasons = why_not_manifold(diagnosis); !reasons.empty())
         throw Failure(path + ": not an oriented manifold: " + reasons + "; try --repair");
-    if (const int twins = diagnosis.closed ? 0 : num_twins(soup); twins > 0)
-        session.warn(fmt::format("{}: {} vertices at open edges lie on others: cracks, which --repair closes", path, grouped(twins)));
+    if (const Cracks cracks = diagnosis.closed ? Cracks{} : find_cracks(soup); !cracks.empty())
+        session.warn(fmt::format("{}: {}, which --repair closes", path, text_of(cracks)));
     return soup;
+}
+
+std::string text_of(const Cracks& cracks) {
+    std::string text;
+    if (cracks.twins > 0) text = fmt::format("{} vertices at open edges lie on others (cracks)", grouped(cracks.twins));
+    if (cracks.twins > 0 && cracks.junctions > 0) text += ", ";
+    if (cracks.junctions > 0) text += fmt::format("{} vertices lie within open edges (T-junctions)", grouped(cracks.junctions));
+    return text;
 }
 
 std::string text_of(const std::string& path, const Repaired& repaired) {

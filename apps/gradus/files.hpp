@@ -47,6 +47,9 @@ void weld_read(const std::string& path, TriangleSoup& soup, const Session& sessi
 TriangleSoup sound(const std::string& path, TriangleSoup soup, bool repair, const Session& session);
 /// A line for each thing done, below one that names the file.
 std::string text_of(const std::string& path, const Repaired& repaired);
+
+/// "3 vertices at open edges lie on others (cracks), 2 vertices lie within open edges (T-junctions)"
+std::string text_of(const Cracks& cracks);
 /// @throws Failure naming the file if its triangles are no oriented manifold
 TriMesh manifold_of(const std::string& path, const TriangleSoup& soup);
 /// The background with places on the patches. @throws Failure naming the file

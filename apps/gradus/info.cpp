@@ -200,15 +200,15 @@ double volume_of(const TriangleSoup& soup) {
 // @param worst  area-length of its triangles
 std::string verdict(const TriangleSoup& soup, const Diagnosis& diagnosis, const SelfContacts& contacts, double worst) {
     if (soup.triangles.empty()) return "NOT usable: holds no triangles\n";
-    const int twins = diagnosis.closed ? 0 : num_twins(soup);
+    const Cracks cracks = diagnosis.closed ? Cracks{} : find_cracks(soup);
     const bool touches = !contacts.pairs.empty() || !contacts.complete;
-    const bool is_clean = is_clean_manifold(diagnosis) && twins == 0 && !touches;
+    const bool is_clean = is_clean_manifold(diagnosis) && cracks.empty() && !touches;
     if (is_clean && diagnosis.closed && volume_of(soup) < 0) return "usable, but inside out: its triangles face inwards\n";
     if (is_clean && worst > kSliver) return faults({});
     const Repaired mended = repair(soup, default_repair(soup));
     if (is_clean && mended.steps.empty()) return faults({});
     std::string text = is_manifold(diagnosis) ? "usable, but not sound:" : "NOT usable as it is, no oriented manifold:";
-    if (twins > 0) text += fmt::format(" {} vertices at open edges lie on others (cracks);", grouped(twins));
+    if (!cracks.empty()) text += " " + text_of(cracks) + ";";
     if (touches) {
         const bool is_cured = !mended.steps.empty() && find_self_contacts(mended.soup).pairs.empty();
         text += is_cured ? " its triangles touch or intersect;" : " its triangles touch or intersect: mend that where it was made, a mesh of it does the same;";

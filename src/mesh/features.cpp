@@ -578,9 +578,27 @@ class Finder {
         return blunt;
     }
 
-    // The point of a cone: sharp, with no such neighbour, and high enough.
+    // A row of facets from a vertex to where the surface ends all around: nothing behind them says that it is round and not a cone.
+    bool is_row_of_cone(int v) const {
+        bool ends = true;
+        Eigen::Vector3d axis(0, 0, 0);
+        mesh_.for_each_outgoing(v, [&](int h) {
+            const int side = Connectivity::next(h);
+            ends = ends && (mesh_.twin(side) < 0 || kind_[edge_of(mesh_, side)] >= Kind::Crease);
+            axis += normals_[h / 3];
+        });
+        if (!ends) return false;
+        axis = axis.stableNormalized();
+        double turn = 0;
+        mesh_.for_each_outgoing(v, [&](int h) { turn += axis.cross(normals_[h / 3]).norm(); });
+        return turn > kCalm * mesh_.valence(v);
+    }
+
+    // The point of a cone: sharp, with no such neighbour, and high enough, or of facets of which nothing says that they are round.
     bool is_tip(int v) const {
-        if (!mesh_.is_live_vertex(v) || is_blunt(v)) return false;
+        if (!mesh_.is_live_vertex(v) || degree_[v] > 0) return false;
+        if (is_row_of_cone(v)) return true;
+        if (is_blunt(v)) return false;
         const double own = defect(v);
         if (!(own > kTip)) return false;
         Eigen::Vector3d axis(0, 0, 0);

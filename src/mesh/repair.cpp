@@ -17,6 +17,7 @@
 
 #include "flat.hpp"
 #include "gradus/mesh/flats.hpp"
+#include "junctions.hpp"
 #include "places.hpp"
 #include "sheets.hpp"
 
@@ -128,7 +129,7 @@ void drop_copies(std::vector<Piece>& pieces, bool parts_may_touch, Log& log) {
 
 // Flat triangles ---------------------------------------------------------------------------------------------------------
 
-/// Step 4. Longest sides go first: what comes of them is shorter.
+/// Step 5. Longest sides go first: what comes of them is shorter.
 class FlatResolver {
   public:
     /// @param points  of the places, as given
@@ -556,6 +557,8 @@ std::string what_was_done(RepairKind kind) {
             return "vertices welded (kept-gone)";
         case RepairKind::RepeatedIndex:
             return "triangles that have a vertex twice dropped";
+        case RepairKind::SplitEdges:
+            return "open edges split at a vertex beside them (vertex-edge)";
         case RepairKind::FlatTriangles:
             return "flat triangles resolved (with those split across their long side)";
         case RepairKind::DuplicateTriangles:
@@ -585,20 +588,6 @@ constexpr double kFarBelow = 1e-3;    // of the edges
 constexpr double kGap = 1e-4;         // height of slivers that hold gaps, over their length
 constexpr double kShortestEdges = 0.05;  // share of the edges that count for nothing
 
-// Edges of one triangle, of vertices that stand for their place.
-std::vector<Edge> open_edges(const std::vector<Triangle>& triangles, const std::vector<int>& place) {
-    std::vector<Edge> edges, open;
-    for (const Triangle& t : triangles)
-        for (int k = 0; k < 3; ++k) {
-            const int a = place[t[k]], b = place[t[(k + 1) % 3]];
-            if (a >= 0 && b >= 0 && a != b) edges.push_back({std::min(a, b), std::max(a, b)});
-        }
-    std::sort(edges.begin(), edges.end());
-    for (std::size_t i = 0; i < edges.size(); ++i)
-        if ((i == 0 || edges[i - 1] != edges[i]) && (i + 1 == edges.size() || edges[i + 1] != edges[i])) open.push_back(edges[i]);
-    return open;
-}
-
 double diagonal_of(const Points& points, const std::vector<char>& used) {
     Eigen::AlignedBox3d box;
     for (std::size_t v = 0; v < points.size(); ++v)
@@ -622,7 +611,7 @@ struct OpenSoup {
     std::vector<Triangle> triangles;
     std::vector<char> used;
     std::vector<int> place;
-    std::vector<Edge> edges;
+    std::vector<OpenEdge> edges;
     double diagonal;
 };
 
@@ -632,7 +621,7 @@ struct OpenSoup {
 std::vector<int> places_at_open_edges(const OpenSoup& soup, const Points& unit, double tolerance) {
     std::vector<int> place = soup.place;
     std::vector<char> open(unit.size(), 0);
-    for (const Edge& e : soup.edges) open[e[0]] = open[e[1]] = 1;
+    for (const OpenEdge& e : soup.edges) open[e.ends[0]] = open[e.ends[1]] = 1;
     const double whole = diagonal_of(unit, soup.used), part = diagonal_of(unit, open);
     if (!(part > 0)) return place;
     const std::vector<int> closest = close_places(unit, open, tolerance * whole / part);
@@ -650,7 +639,7 @@ double roundings_of(const OpenSoup& soup) {
 
 double tolerance_of(const OpenSoup& soup) {
     std::vector<double> lengths;
-    for (const Edge& e : soup.edges) lengths.push_back((soup.points[e[1]] - soup.points[e[0]]).norm());
+    for (const OpenEdge& e : soup.edges) lengths.push_back((soup.points[e.ends[1]] - soup.points[e.ends[0]]).norm());
     if (lengths.empty() || !(soup.diagonal > 0)) return 0;
     const auto short_one = lengths.begin() + static_cast<std::ptrdiff_t>(kShortestEdges * static_cast<double>(lengths.size() - 1));
     std::nth_element(lengths.begin(), short_one, lengths.end());
@@ -663,17 +652,23 @@ double tolerance_of(const TriangleSoup& soup) { return tolerance_of(OpenSoup(sou
 
 RepairOptions default_repair(const TriangleSoup& soup) { return {.weld_tolerance = tolerance_of(soup), .only_open = true, .flatness = kGap}; }
 
-int num_twins(const TriangleSoup& soup) {
+Cracks find_cracks(const TriangleSoup& soup) {
     const OpenSoup open_soup(soup);
     const double tolerance = tolerance_of(open_soup);
-    const std::vector<int> place = tolerance > 0 ? places_at_open_edges(open_soup, to_unit_box(soup.points, open_soup.used), tolerance) : open_soup.place;
+    const Points unit = to_unit_box(soup.points, open_soup.used);
+    const std::vector<int> place = tolerance > 0 ? places_at_open_edges(open_soup, unit, tolerance) : open_soup.place;
     std::vector<int> itself(soup.points.size());
     std::iota(itself.begin(), itself.end(), 0);
     std::vector<char> open(soup.points.size(), 0);
-    for (const Edge& e : open_edges(open_soup.triangles, itself)) open[e[0]] = open[e[1]] = 1;
-    int twins = 0;
-    for (int v = 0; v < std::ssize(place); ++v) twins += open[v] && place[v] != v;
-    return twins;
+    for (const OpenEdge& e : open_edges(open_soup.triangles, itself)) open[e.ends[0]] = open[e.ends[1]] = 1;
+    Cracks cracks;
+    for (int v = 0; v < std::ssize(place); ++v) cracks.twins += open[v] && place[v] != v;
+    std::vector<Triangle> places;
+    for (const Triangle& t : open_soup.triangles)
+        if (const Triangle p{place[t[0]], place[t[1]], place[t[2]]}; p[0] != p[1] && p[1] != p[2] && p[2] != p[0]) places.push_back(p);
+    for (const Junctions& found : find_junctions(unit, places, tolerance * diagonal_of(unit, open_soup.used)))
+        cracks.junctions += static_cast<int>(found.vertices.size());
+    return cracks;
 }
 
 int weld_roundings(TriangleSoup& soup) {
@@ -701,6 +696,42 @@ int weld_roundings(TriangleSoup& soup) {
 }
 
 namespace {
+
+// Splits open edges at the vertices within them.
+// @param splits  the first vertex of an edge
+// @returns whether there are such
+bool join_junctions(const Points& unit, double distance, std::vector<Piece>& pieces, std::map<Edge, int>& splits, Log& log) {
+    std::vector<Triangle> places;
+    for (const Piece& piece : pieces) places.push_back(piece.places);
+    const std::vector<Junctions> found = find_junctions(unit, places, distance);
+    if (found.empty()) return false;
+    std::map<Edge, int> piece_at;
+    for (const Junctions& junctions : found) piece_at.emplace(junctions.edge, kNone);
+    const auto note = [&](int i, int k) {
+        const auto edge = piece_at.find(sorted(pieces[i].places[k], pieces[i].places[(k + 1) % 3]));
+        if (edge != piece_at.end()) edge->second = i;
+    };
+    for (int i = 0; i < std::ssize(pieces); ++i)
+        for (int k = 0; k < 3; ++k) note(i, k);
+    for (const auto& [edge, vertices] : found) {
+        int last = edge[0];  // what is left of the triangle goes from here to the other end
+        for (const int v : vertices) {
+            const int i = piece_at.at(edge);
+            const auto index_of = [&](int place) { return std::find(pieces[i].places.begin(), pieces[i].places.end(), place) - pieces[i].places.begin(); };
+            const auto from = static_cast<std::size_t>(index_of(last)), to = static_cast<std::size_t>(index_of(edge[1]));
+            log.add(RepairKind::SplitEdges, {v, pieces[i].vertices[from], pieces[i].vertices[to]});
+            splits.emplace(sorted(last, edge[1]), v);
+            Piece cut_off = pieces[i];
+            cut_off.places[to] = cut_off.vertices[to] = v;
+            pieces[i].places[from] = pieces[i].vertices[from] = v;
+            pieces.push_back(cut_off);
+            for (int k = 0; k < 3; ++k) note(static_cast<int>(pieces.size()) - 1, k);
+            last = v;
+        }
+    }
+    std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.source < b.source; });
+    return true;
+}
 
 // A place is where its first vertex is that is to stay where it is, if there is one.
 void stay_at_required(const RequiredElements& required, const std::vector<Triangle>& triangles, std::vector<int>& place) {
@@ -735,13 +766,19 @@ Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, boo
     drop_repeated(pieces, log);
     drop_copies(pieces, parts_may_touch, log);
 
+    // What one step drops may open an edge for the other.
     std::map<Edge, int> splits;
-    if (FlatResolver flats(soup.points, unit, pieces, options.flatness); flats.resolve()) {
-        pieces = flats.take_pieces();
-        splits = flats.splits();
-        for (const auto& item : flats.items()) log.add(RepairKind::FlatTriangles, item);
-        for (int& p : place)
-            if (p != kNone) p = flats.merged(p);
+    for (bool changes = true; changes;) {
+        changes = options.weld_tolerance > 0 && join_junctions(unit, options.weld_tolerance * diagonal_of(unit, used), pieces, splits, log);
+        FlatResolver flats(soup.points, unit, pieces, options.flatness);
+        if (flats.resolve() && !flats.items().empty()) {
+            changes = options.weld_tolerance > 0;
+            pieces = flats.take_pieces();
+            splits.insert(flats.splits().begin(), flats.splits().end());
+            for (const auto& item : flats.items()) log.add(RepairKind::FlatTriangles, item);
+            for (int& p : place)
+                if (p != kNone) p = flats.merged(p);
+        }
         drop_copies(pieces, parts_may_touch, log);
     }
 
@@ -830,6 +867,8 @@ std::string_view name_of(RepairKind kind) {
             return "welded_vertices";
         case RepairKind::RepeatedIndex:
             return "repeated_index";
+        case RepairKind::SplitEdges:
+            return "split_edges";
         case RepairKind::FlatTriangles:
             return "flat_triangles";
         case RepairKind::DuplicateTriangles:

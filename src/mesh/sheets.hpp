@@ -16,7 +16,7 @@ struct Sheets {
     bool has_cuts = false;      ///< there are such edges, or one-sided pieces
 };
 
-/// Steps 5 to 7 of repair().
+/// Steps 6 to 8 of repair().
 /// @param points     of places, in [-1, 1]
 /// @param places     of the corners of each triangle, three different ones, no three twice; points of different places differ
 /// @param vertices   of the corners of each triangle: those at one place may be different

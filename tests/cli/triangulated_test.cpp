@@ -899,7 +899,7 @@ TEST_CASE("info ends in a verdict with the cure, and remesh points to it", "[cli
     const std::string cracks = std::to_string(apart.points.size() - whole.points.size()) + " vertices";
     CHECK_THAT(run(folder, "info apart.off").out, Catch::Contains("usable, but not sound: " + cracks + " at open edges lie on others") &&
                                                       Catch::Contains("--repair would do this:\n  " + cracks + " welded"));
-    CHECK_THAT(run(folder, "remesh apart.off -o out.off --hmin 1 --hmax 1").err, Catch::Contains(cracks + " at open edges lie on others: cracks, which --repair closes"));
+    CHECK_THAT(run(folder, "remesh apart.off -o out.off --hmin 1 --hmax 1").err, Catch::Contains(cracks + " at open edges lie on others (cracks), which --repair closes"));
     CHECK(run(folder, "remesh apart.off -o out.off --repair").err.empty());
     CHECK(diagnose(read_mesh(folder / "out.off")).closed);
 }

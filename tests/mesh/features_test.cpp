@@ -403,3 +403,17 @@ TEST_CASE("the rim of a coarse cylinder has no corners, that of a square prism h
     CHECK(corners == (sides == 4 ? 8 : 0));
     CHECK(prism.features.chains.size() == (sides == 4 ? 12U : 2U));
 }
+
+TEST_CASE("a row of facets around a vertex that ends all around is a cone, further rows that turn on are round", "[exact]") {
+    const double height = GENERATE(0., 0.1, 0.4);
+    TriangleSoup cone = parts::twisted(parts::polygon(24), 2, 0, 1);
+    const int top = static_cast<int>(cone.points.size()) - 1;
+    cone.points[top].z() += height;
+    const Found found = found_in(Mesh{cone.points, cone.triangles}, {.scale = 0.001});
+    CHECK(found.features.chains.size() == 2);
+    CHECK((found.features.corner[top] != 0) == (height > 0));
+    CHECK(std::count(found.features.corner.begin(), found.features.corner.end(), 1) == (height > 0));
+    const Mesh dome = triangulations::sphere(2);
+    const Found round = found_in(dome);
+    CHECK(std::count(round.features.corner.begin(), round.features.corner.end(), 1) == 0);
+}

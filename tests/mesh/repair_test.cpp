@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 #include <map>
+#include <random>
 
 #include "support/parts.hpp"
 #include "support/soups.hpp"
@@ -474,6 +475,66 @@ TEST_CASE("a sliver that holds a gap is resolved as a flat triangle is, needles 
     // Caps of needles far lower than that are planes.
     const TriangleSoup cylinder = parts::prism(parts::polygon(2000), 1);
     CHECK(repair(cylinder, default_repair(cylinder)).steps.empty());
+}
+
+TEST_CASE("faces of a box divided each in their own way are joined where their edges run along each other", "[mesh][repair][exact]") {
+    // Each face a grid of its own, so that its rim has vertices in the middle of the edges of others, to within a gap.
+    const double gap = GENERATE(0., 1e-12, 2e-5);
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> off(-gap, gap);
+    TriangleSoup box;
+    for (int face = 0; face < 6; ++face) {
+        const int n = 1 + face, first = static_cast<int>(box.points.size()), axis = face / 2;
+        for (int i = 0; i <= n; ++i)
+            for (int j = 0; j <= n; ++j) {
+                Eigen::Vector3d p;
+                p[axis] = face % 2;
+                p[(axis + 1) % 3] = static_cast<double>(i) / n;
+                p[(axis + 2) % 3] = static_cast<double>(j) / n;
+                box.points.push_back(p + Eigen::Vector3d(off(random), off(random), off(random)));
+            }
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j) {
+                const int a = first + i * (n + 1) + j, b = a + n + 1;
+                if (face % 2) box.triangles.insert(box.triangles.end(), {{a, b, b + 1}, {a, b + 1, a + 1}});
+                else box.triangles.insert(box.triangles.end(), {{a, b + 1, b}, {a, a + 1, b + 1}});
+                box.labels.insert(box.labels.end(), {face, face});
+            }
+    }
+    CHECK(find_cracks(box).junctions > 20);
+    const Repaired repaired = repair(box, default_repair(box));
+    const Diagnosis found = diagnose(repaired.soup);
+    CHECK(is_clean_manifold(found));
+    CHECK(found.closed);
+    CHECK(found.euler_characteristic == 2);
+    CHECK(volume(repaired.soup) == Approx(1).epsilon(10 * gap + 1e-12));
+    CHECK(repair(repaired.soup, default_repair(repaired.soup)).steps.empty());
+    // Every face keeps its own area, so no triangle came from elsewhere.
+    std::array<double, 6> area{};
+    for (std::size_t t = 0; t < repaired.soup.triangles.size(); ++t) {
+        const auto& [a, b, c] = repaired.soup.triangles[t];
+        const Eigen::Vector3d u = repaired.soup.points[b] - repaired.soup.points[a], v = repaired.soup.points[c] - repaired.soup.points[a];
+        area[repaired.soup.labels[t]] += u.cross(v).norm() / 2;
+    }
+    for (const double a : area) CHECK(a == Approx(1).epsilon(20 * gap + 1e-12));
+}
+
+TEST_CASE("an open edge is split only where another one runs along it", "[mesh][repair][exact]") {
+    // A triangle stands with a corner on the edge of another one.
+    const TriangleSoup standing{.points = {{0, 0, 0}, {2, 0, 0}, {1, -2, 0}, {1, 0, 0}, {2, 2, 0}, {0, 2, 0}}, .triangles = {{0, 2, 1}, {3, 4, 5}}};
+    CHECK(find_cracks(standing).empty());
+    CHECK(repair(standing, default_repair(standing)).steps.empty());
+    // Two that lie along each other in part: the edge of each is split at the corner of the other.
+    TriangleSoup shifted{.points = {{0, 0, 0}, {2, 0, 0}, {1, -2, 0}, {1, 0, 0}, {3, 0, 0}, {2, 2, 0}}, .triangles = {{0, 2, 1}, {3, 4, 5}}};
+    shifted.edges = {{0, 1}};
+    CHECK(find_cracks(shifted).junctions == 2);
+    const Repaired repaired = repair(shifted, default_repair(shifted));
+    CHECK(repaired.soup.triangles.size() == 4);
+    CHECK(repaired.soup.edges == std::vector<std::array<int, 2>>{{0, 3}, {3, 1}});
+    CHECK(diagnose(repaired.soup).components == 1);
+    REQUIRE(repaired.steps.size() == 1);
+    CHECK(repaired.steps[0].kind == RepairKind::SplitEdges);
+    CHECK(repaired.steps[0].items.first == std::vector<std::vector<int>>{{3, 0, 1}, {1, 3, 4}});
 }
 
 TEST_CASE("closed parts that share a face stay apart and closed", "[mesh][repair][exact]") {

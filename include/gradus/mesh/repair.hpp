@@ -7,17 +7,18 @@
 ///     a vertex moves by the tolerance at most, onto one that did not move: dense regions thin out but do not run together.
 ///  3. Triangles that have a vertex twice, then, are dropped: their other two sides have become one. So are copies of a triangle, in any
 ///     orientation.
-///  4. Flat triangles (Diagnosis::zero_area) are resolved, longest first, and tight where it was tight: the middle corner splits the
+///  4. Where an open edge runs along another one, within the tolerance, the other one is split at its vertex (T-junctions).
+///  5. Flat triangles (Diagnosis::zero_area) are resolved, longest first, and tight where it was tight: the middle corner splits the
 ///     triangles across the long side, so that these meet the short sides directly, and the flat triangle is dropped. One
 ///     with a side as short as the rounding of its ends loses that side instead. If this comes to no end, all are left as they are.
-///  5. Sides of two triangles at one edge are joined, and the pieces oriented alike: the smaller part of each is turned, and
+///  6. Sides of two triangles at one edge are joined, and the pieces oriented alike: the smaller part of each is turned, and
 ///     what is closed then has its outside outside. Pieces that agree in themselves stay as they are, cavities among them.
 ///     Where a piece has one side only (Moebius strip), it is cut along the edges that cannot agree.
-///  6. Edges of three triangles and more come apart into sheets. What the input joins in pairs stays joined. Where solids touch (the
+///  7. Edges of three triangles and more come apart into sheets. What the input joins in pairs stays joined. Where solids touch (the
 ///     triangles around the edge face each other in turn), each keeps its own; else the two that continue each other
 ///     straightest are joined, again and again, until those are oriented differently; the others are cut off.
-///  7. Surfaces that touch in a vertex only come apart.
-///  8. Vertices in no triangle are dropped.
+///  8. Surfaces that touch in a vertex only come apart.
+///  9. Vertices in no triangle are dropped.
 /// So vertices at one place, joined in 2, stay or become several where sheets or fans of triangles pass each other.
 ///
 /// What remains keeps its order, points their bits where nothing was welded; vertices added by cuts come last. Labels, feature edges,
@@ -50,8 +51,14 @@ double tolerance_of(const TriangleSoup& soup);
 /// What mends cracks and T-junctions, and moves nothing else: vertices at open edges, within tolerance_of(), and slivers of 1e-4.
 RepairOptions default_repair(const TriangleSoup& soup);
 
-/// Number of vertices at open edges that default_repair() takes for another one.
-int num_twins(const TriangleSoup& soup);
+/// What default_repair() joins at open edges.
+struct Cracks {
+    int twins = 0;      ///< vertices that are taken for another one
+    int junctions = 0;  ///< edges split at a vertex
+
+    bool empty() const { return twins == 0 && junctions == 0; }
+};
+Cracks find_cracks(const TriangleSoup& soup);
 
 /// Takes vertices at open edges that are a few roundings of the coordinates apart for one, the first. For soups that were read triangle by
 /// triangle; only points, triangles and their labels are kept. @returns number of vertices that are gone
@@ -62,6 +69,7 @@ enum class RepairKind {
     BadNumbers,           ///< triangle
     WeldedVertices,       ///< vertex, vertex that joined it
     RepeatedIndex,        ///< triangle
+    SplitEdges,           ///< vertex, ends of the edge
     FlatTriangles,        ///< triangle, then the triangles split for it
     DuplicateTriangles,   ///< triangle, its copy
     TurnedTriangles,      ///< triangle
