@@ -41,11 +41,7 @@ class Finder {
     }
 
   private:
-    double size_at(int v) const {
-        double largest = surface_.curve_curvature()[v];
-        surface_.mesh().for_each_outgoing(v, [&](int h) { largest = std::max(largest, surface_.corner_curvature()[h]); });
-        return size_from_radius(rule_, 1 / std::max(largest, 1e-300));
-    }
+    double size_at(int v) const { return size_from_radius(rule_, 1 / std::max(surface_.largest_curvature(v), 1e-300)); }
 
     double length_of(const FeatureChain& chain) const {
         double length = 0;

@@ -293,6 +293,12 @@ void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& 
     for (const auto& [h, curvature] : at_long_strips) corner_curvature_[h] = curvature;
 }
 
+double Triangulation::largest_curvature(int vertex) const {
+    double largest = curve_curvature_[vertex];
+    mesh_.for_each_outgoing(vertex, [&](int h) { largest = std::max(largest, corner_curvature_[h]); });
+    return largest;
+}
+
 SmoothSupport Triangulation::support(const SmoothSupport::Options& options) const {
     std::vector<Vector3d> normals;
     normals.reserve(curvature_.size());
@@ -320,15 +326,9 @@ void heed_frozen(const Triangulation& surface, const Most& most, std::vector<dou
     }
 }
 
-double largest_curvature(const Triangulation& surface, int v) {
-    double largest = surface.curve_curvature()[v];
-    surface.mesh().for_each_outgoing(v, [&](int h) { largest = std::max(largest, surface.corner_curvature()[h]); });
-    return largest;
-}
-
 // Largest size of a vertex by curvature alone, if that is below a length.
 auto most_by_curvature(const Triangulation& surface) {
-    return [&surface](int v, double length) { return std::min(length, size_from_radius(SizingRule{}, 1 / std::max(largest_curvature(surface, v), 1e-300))); };
+    return [&surface](int v, double length) { return std::min(length, size_from_radius(SizingRule{}, 1 / std::max(surface.largest_curvature(v), 1e-300))); };
 }
 
 // What a rule says beside curvature, at places of the triangulation.

@@ -45,6 +45,8 @@ class Triangulation {
     const std::vector<double>& corner_curvature() const { return corner_curvature_; }
     /// Curvature of the feature curve through each vertex, 1 / length; 0 off features and at corners.
     const std::vector<double>& curve_curvature() const { return curve_curvature_; }
+    /// The largest of both at a vertex.
+    double largest_curvature(int vertex) const;
     double diagonal() const { return diagonal_; }
     /// Diagonal of the connected part of each vertex over that of all; 1 in no triangle.
     const std::vector<double>& part_share() const { return part_share_; }
