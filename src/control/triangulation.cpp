@@ -346,12 +346,12 @@ class Bounds {
         Clearance faced = {};  // of the clearance that bounds it, where one does
     };
     /// @param size  by curvature; clearances above it are not looked for
-    /// @param hmin  that clearances lead to
-    Bound at(std::span<const SidedPlace> sides, double size, double hmin) const {
+    /// @param finest  that clearances lead to
+    Bound at(std::span<const SidedPlace> sides, double size, double finest) const {
         Bound bound{size};
         for (const SidedPlace& side : sides) {
-            lower(bound, rule_.feature_clearance, hmin, [&](double reach) { return finder_.feature(side, reach, reach); });
-            lower(bound, rule_.sheet_clearance, hmin, [&](double reach) { return finder_.sheet(side, reach); });
+            lower(bound, rule_.feature_clearance, finest, [&](double reach) { return finder_.feature(side, reach, reach); });
+            lower(bound, rule_.sheet_clearance, finest, [&](double reach) { return finder_.sheet(side, reach); });
         }
         for (const SizingRule::Region& region : rule_.regions)
             for (const SidedPlace& side : sides)
@@ -361,10 +361,10 @@ class Bounds {
 
   private:
     template <class Find>
-    void lower(Bound& bound, double fraction, double hmin, const Find& find) const {
-        if (fraction == 0 || bound.size <= hmin) return;
+    void lower(Bound& bound, double fraction, double finest, const Find& find) const {
+        if (fraction == 0 || bound.size <= finest) return;
         const Clearance clearance = find(bound.size / fraction);
-        const double size = std::max(fraction * clearance.distance, hmin);
+        const double size = std::max(fraction * clearance.distance, finest);
         if (size < bound.size) bound = {size, clearance};
     }
 
@@ -406,7 +406,7 @@ class Cutter {
         for (const int t : parent_) pieces_.push_back({mesh_.triangle(t), t});
         std::vector<Bounds::Bound> bounds(points_.size(), {rule.hmax});
         in_parallel(bounds.size(), [&](int v) {
-            if (mesh_.is_live_vertex(v)) bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v), limits_at(v).hmin);
+            if (mesh_.is_live_vertex(v)) bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v), limits_at(v).finest);
         });
         for (const Bounds::Bound& bound : bounds) sizes_.push_back(bound.size);
         heed_short_curves();
@@ -415,7 +415,7 @@ class Cutter {
         const auto most = [&](int v, double length) {
             double curvature = on_curve_[v];
             mesh_.for_each_outgoing(v, [&](int h) { curvature = std::max(curvature, at_corner_[h]); });
-            return bounds_.at(sides_of_vertex(surface, v), std::min(length, size_from_radius(unclamped, 1 / std::max(curvature, 1e-300))), limits_at(v).hmin).size;
+            return bounds_.at(sides_of_vertex(surface, v), std::min(length, size_from_radius(unclamped, 1 / std::max(curvature, 1e-300))), limits_at(v).finest).size;
         };
         heed_frozen(surface, most, sizes_);
         for (const Bounds::Bound& bound : bounds) note(bound);
@@ -537,17 +537,18 @@ class Cutter {
             if (chain.closed || chain.vertices.front() == chain.vertices.back()) continue;
             double length = 0;
             for (int i = 0; i < chain.num_edges(); ++i) length += (points_[chain.vertex(i + 1)] - points_[chain.vertex(i)]).norm();
-            const double most = std::max(rule_.feature_clearance * length, limits_at(chain.vertices.front()).hmin);
+            const double most = std::max(rule_.feature_clearance * length, limits_at(chain.vertices.front()).finest);
             for (const int v : chain.vertices) sizes_[v] = std::min(sizes_[v], most);
         }
     }
 
     struct Limits {
         double hmin, hmax;
+        double finest;  // that clearances lead to
     };
     Limits limits_at(int v) const {
         const double hmin = rule_.hmin * (rule_.hmin_by_part ? share_[v] : 1);
-        return {hmin, std::max(hmin, rule_.hmax * (rule_.hmax_by_part ? share_[v] : 1))};
+        return {hmin, std::max(hmin, rule_.hmax * (rule_.hmax_by_part ? share_[v] : 1)), rule_.hmin_by_part ? kFinestSize * hmin : hmin};
     }
 
     // @param v  a vertex of the same part
@@ -591,7 +592,7 @@ class Cutter {
         double curvature = middle_curvature(h);
         if (g >= 0) curvature = std::max(curvature, middle_curvature(g));
         if (mesh_.tag(h) >= 0) curvature = std::max(curvature, (on_curve_[mesh_.origin(h)] + on_curve_[mesh_.target(h)]) / 2);
-        Bounds::Bound bound = bounds_.at(middle_of(h), size_of(curvature, mesh_.origin(h)), limits_at(mesh_.origin(h)).hmin);
+        Bounds::Bound bound = bounds_.at(middle_of(h), size_of(curvature, mesh_.origin(h)), limits_at(mesh_.origin(h)).finest);
         // Along a frozen edge there is one element: larger ones are not asked for.
         if (source_[h] >= 0 && surface_.frozen().has_edge(source_[h])) {
             const double between = (sizes_[mesh_.origin(h)] + sizes_[mesh_.target(h)]) / 2;

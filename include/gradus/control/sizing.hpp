@@ -11,6 +11,9 @@
 
 namespace gradus {
 
+/// Of a default hmin, which bounds sizes from curvature: down to this sizes go to keep a chord error, or where features or sheets are near.
+constexpr double kFinestSize = 0.1;
+
 /// One of four rules, then clamped to [hmin, hmax]. rho is the minimal radius of curvature 1 / max(|k1|, |k2|). [theory of the
 /// circle: a chord of length h on a circle of radius rho]
 struct SizingRule {
@@ -35,7 +38,8 @@ struct SizingRule {
     std::vector<At> at = {};
 
     // -- On triangulations only, see control/clearance.hpp --
-    /// hmin, or hmax, is that of the whole surface: connected parts have theirs in proportion to their diagonals.
+    /// hmin, or hmax, is a default for the whole surface: connected parts have theirs in proportion to their diagonals, and clearances lead
+    /// down to kFinestSize of hmin.
     bool hmin_by_part = false, hmax_by_part = false;
     /// Largest size over the distance between features that face each other, and on curves between corners over their length; 0:
     /// unbounded. A row of triangles between two lines has area-length .97 where its edges along them are 1.5 times the distance, .87 at

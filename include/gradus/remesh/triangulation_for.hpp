@@ -19,7 +19,4 @@ namespace gradus {
 std::unique_ptr<Triangulation> triangulation_for(TriangleSoup soup, const SizingRule& rule, TriangulationOptions options = {},
                                                  std::span<const Eigen::Vector3d> places = {});
 
-/// Of the default hmin, down to which sizes go to keep a chord error.
-constexpr double kFinestSize = 0.1;
-
 }  // namespace gradus
