@@ -30,7 +30,7 @@ std::string extensions_of(FileKind kind) {
         case FileKind::Mesh:
             return ".obj .off .ply .stl .mesh .meshb .msh .vtu";
         case FileKind::ReadMesh:
-            return ".vtp";
+            return ".vtp .poly";
         case FileKind::Sizes:
             return ".sol .solb";
         case FileKind::SizeView:

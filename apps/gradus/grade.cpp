@@ -67,7 +67,7 @@ int run_grade(const Options& options) {
 void add_grade(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("grade", "Bound how fast the sizes on a mesh change");
     const auto options = std::make_shared<Options>();
-    command.add_option("BG", options->mesh, "Triangle mesh that carries the sizes: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp")
+    command.add_option("BG", options->mesh, "Triangle mesh that carries the sizes: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp .poly")
         ->required();
     command.add_option("--size", options->sizes, "One size per vertex of BG")->required()->type_name("MAP.sol");
     command.add_option("-o,--output", options->out, "Graded sizes; may be MAP.sol itself; .pos or .msh for Gmsh, .vtu, .ply with colours")

@@ -362,7 +362,7 @@ int run_info(const Options& options) {
             break;
     }
     throw UsageError(options.file + ": unknown extension \"" + extension_of(options.file) +
-                     "\"; known are .bpt .bez, .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp, .sol .solb");
+                     "\"; known are .bpt .bez, .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp .poly, .sol .solb");
 }
 
 }  // namespace

@@ -52,6 +52,7 @@ void write_surface_mesh(const std::string& path, const PatchModel& model, const 
 void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool labelled, const std::vector<Field>& point_fields,
                         const std::vector<Field>& cell_fields) {
     MeshData data{{mesh.points, mesh.triangles}};
+    data.soup.dimension = mesh.dimension;
     if (labelled) data.soup.labels = mesh.patches;
     const bool with_own = extension_of(path) == ".vtu";
     if (with_own) {
@@ -59,6 +60,7 @@ void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool l
         data.cell_fields = {{"quality", 1, qualities_of(mesh)}};
     } else {
         data.soup.edges = mesh.features;
+        data.soup.edge_labels = mesh.feature_labels;
         data.soup.required = mesh.required;
     }
     if (holds_fields(path)) {

@@ -345,7 +345,7 @@ int run_remesh(const Options& options) {
 void add_remesh(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("remesh", "Mesh a surface");
     const auto options = std::make_shared<Options>();
-    command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez, or a triangle mesh, .obj .off .ply .stl .mesh .meshb .msh .vtu .vtp")->required();
+    command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez, or a triangle mesh, .obj .off .ply .stl .mesh .meshb .msh .vtu .vtp, or a planar domain, .poly .mesh")->required();
     command
         .add_option("-o,--output", options->out,
                     "Mesh, in the format of the extension: .obj .off .ply .stl .mesh .meshb .msh .vtu; may be repeated")

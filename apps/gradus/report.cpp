@@ -172,7 +172,7 @@ int run_report(const Options& options) {
 void add_report(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("report", "Measure a mesh: shape, gradation, lengths in a size map, distance to a surface");
     const auto options = std::make_shared<Options>();
-    command.add_option("MESH", options->mesh, "Triangle mesh: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp")->required();
+    command.add_option("MESH", options->mesh, "Triangle mesh: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp .poly")->required();
     command.add_option("--reference", options->reference, "The surface it stands for: Bezier patches, or a triangle mesh")->type_name("IN");
     command.add_option("--size", options->sizes, "Size map it was made for")->type_name("MAP.sol");
     command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <optional>
 #include <queue>
+#include <unordered_map>
 
 #include "gradus/mesh/closest.hpp"
 
@@ -24,6 +25,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFacing = 3.732;                 // 1 / tan 15 degrees: way along features over distance, from which they face each other
 constexpr double kNarrow = std::numbers::pi / 6;  // angle of corners whose sides face each other
 constexpr double kStraight = 1.2;                 // way over distance, up to which sides of a corner run straight from it
+constexpr double kSamePlace = 0.05;               // from one another over the clearance
 constexpr double kSeen = 0.5;                     // cosine of the angles within which sheets see each other
 constexpr double kDetour = 1.4;                   // way along the surface over distance, up to which a place is a neighbour
 
@@ -204,6 +206,19 @@ struct ClearanceFinder::Parts {
         return result;
     }
 
+    // That of the nearer end of its edge, if from so far away both are the same place. Fine rims have many places asked for between two ends.
+    std::optional<Clearance> across_from_end(const SidedPlace& place, double reach, double tip) const {
+        const int a = mesh.origin(place.half_edge), b = mesh.target(place.half_edge);
+        const double to_a = (points[a] - place.point).norm(), to_b = (points[b] - place.point).norm(), off = std::min(to_a, to_b);
+        const int v = to_a <= to_b ? a : b;
+        if (off > kSamePlace * reach || first[v + 1] - first[v] != 2) return {};
+        const SidedPlace end = beside(place.half_edge, points[v]);
+        FromEnd& known = from_ends.local()[end.wedge];
+        if (known.reach != reach || known.tip != tip) known = {reach, tip, across(end, reach, tip)};
+        if (off > kSamePlace * std::min(known.clearance.distance, reach)) return {};
+        return known.clearance;
+    }
+
     Clearance feature(const SidedPlace& place, double reach, double tip) const {
         if (segments.empty()) return {};
         if (on_feature(place)) return across(place, reach, tip);
@@ -216,7 +231,8 @@ struct ClearanceFinder::Parts {
             return true;
         });
         if (!nearest) return {};
-        const Clearance there = across(*nearest, reach, tip);
+        const std::optional<Clearance> at_end = across_from_end(*nearest, reach, tip);
+        const Clearance there = at_end ? *at_end : across(*nearest, reach, tip);
         return distance <= there.distance ? there : Clearance{};
     }
 
@@ -279,6 +295,12 @@ struct ClearanceFinder::Parts {
     mutable std::once_flag facets_made;
     mutable std::optional<ClosestTriangle> facets;
     mutable tbb::enumerable_thread_specific<Ways> along_features, along_edges;
+    // What was found last for a wedge: threads ask for the same, and find it each for themselves.
+    struct FromEnd {
+        double reach = -1, tip = -1;
+        Clearance clearance;
+    };
+    mutable tbb::enumerable_thread_specific<std::unordered_map<int, FromEnd>> from_ends;
     mutable tbb::enumerable_thread_specific<Ball> balls{[this] { return Ball(points, mesh); }};
 };
 

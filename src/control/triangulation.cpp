@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <stdexcept>
 
@@ -163,11 +164,32 @@ std::vector<WedgeCurvature> estimate_by_sides(std::span<const Vector3d> points, 
     return curvature;
 }
 
+// Where the labels of edges change along a line.
+std::vector<int> ends_of_labels(const TriangleSoup& soup) {
+    std::map<int, int> label;
+    std::vector<int> ends;
+    for (std::size_t e = 0; e < soup.edge_labels.size(); ++e)
+        for (const int v : soup.edges[e])
+            if (const auto [known, is_new] = label.emplace(v, soup.edge_labels[e]); !is_new && known->second != soup.edge_labels[e]) ends.push_back(v);
+    return ends;
+}
+
+void label_chains(const TriangleSoup& soup, std::vector<FeatureChain>& chains) {
+    const auto sorted = [](int a, int b) { return std::array{std::min(a, b), std::max(a, b)}; };
+    std::map<std::array<int, 2>, int> label;
+    for (std::size_t e = 0; e < soup.edge_labels.size(); ++e) label.emplace(sorted(soup.edges[e][0], soup.edges[e][1]), soup.edge_labels[e]);
+    if (label.empty()) return;
+    for (FeatureChain& chain : chains)
+        if (const auto found = label.find(sorted(chain.vertex(0), chain.vertex(1))); found != label.end()) chain.label = found->second;
+}
+
 }  // namespace
 
 Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& options)
     : soup_(std::move(soup)), mesh_(static_cast<int>(soup_.points.size()), soup_.triangles), diagonal_(checked_diagonal(soup_)) {
-    KnownFeatures known{.edges = soup_.edges, .corners = soup_.corners};
+    std::vector<int> corners = soup_.corners;
+    for (const int v : ends_of_labels(soup_)) corners.push_back(v);
+    KnownFeatures known{.edges = soup_.edges, .corners = corners};
     if (options.label_borders) known.labels = soup_.labels;
     part_share_ = part_shares(soup_, diagonal_);
     std::vector<double> finest(soup_.points.size(), options.finest);
@@ -182,6 +204,7 @@ Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& opti
     edges.insert(edges.end(), thin.ridges.begin(), thin.ridges.end());
     known.edges = edges;
     features_ = find_features(soup_.points, mesh_, features, known, &regions);
+    label_chains(soup_, features_.chains);
     frozen_ = frozen_elements(soup_.points, mesh_, soup_.required);
     wedges_ = wedges_of(mesh_);
     std::vector<Vector3d> normals = wedge_normals(soup_.points, mesh_, wedges_);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gradus/mesh/soup.hpp"
+#include "gradus/plane/planar_graph.hpp"
 
 namespace gradus::io {
 
@@ -28,6 +29,9 @@ MeshData parse_vtk_xml(const std::string& path, std::string_view contents, Field
 TriangleSoup parse_medit(const std::string& path, std::string_view text);
 TriangleSoup parse_medit_binary(const std::string& path, std::string_view bytes);
 TriangleSoup parse_obj(const std::string& path, std::string_view text);
+TriangleSoup parse_poly(const std::string& path, std::string_view text);
+/// A planar domain as triangles. @throws IoError for what is wrong with it
+TriangleSoup triangulated(const std::string& path, const PlanarGraph& graph);
 TriangleSoup parse_off(const std::string& path, std::string_view text);
 TriangleSoup parse_stl(const std::string& path, std::string_view contents);
 std::vector<double> parse_sol(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count);

@@ -295,7 +295,7 @@ void read_edges(Reading<Source>& r) {
         std::array<int, 2> edge;
         for (int& vertex : edge) vertex = r.vertex.read(r.in);
         r.soup.edges.push_back(edge);
-        read_reference(r.in);
+        r.soup.edge_labels.push_back(read_reference(r.in));
     }
 }
 
@@ -303,6 +303,12 @@ template <class Source>
 void read_numbers(Reading<Source>& r, IndexReader<Source>& index, const char* what, std::vector<int>& numbers) {
     const std::size_t n = r.in.count(what, 0, 1);
     for (std::size_t i = 0; i < n; ++i) numbers.push_back(index.read(r.in));
+}
+
+// A planar domain is drawn by its edges alone.
+template <class Source>
+bool is_domain(const Reading<Source>& r) {
+    return r.dimension == 2 && !r.has_triangles && !r.soup.edges.empty();
 }
 
 // Entries of Edges that are required, and those that are features: all but those that are only required.
@@ -315,10 +321,15 @@ void divide_edges(Reading<Source>& r) {
         r.soup.required.edges.push_back(r.soup.edges[e]);
     }
     for (const int e : r.ridges) is_feature[e] = 1;
+    if (is_domain(r)) return;
     std::size_t kept = 0;
-    for (std::size_t e = 0; e < is_feature.size(); ++e)
-        if (is_feature[e]) r.soup.edges[kept++] = r.soup.edges[e];
+    for (std::size_t e = 0; e < is_feature.size(); ++e) {
+        if (!is_feature[e]) continue;
+        r.soup.edge_labels[kept] = r.soup.edge_labels[e];
+        r.soup.edges[kept++] = r.soup.edges[e];
+    }
     r.soup.edges.resize(kept);
+    r.soup.edge_labels.resize(kept);
 }
 
 template <class Source>
@@ -391,14 +402,28 @@ TriangleSoup parse(Source in) {
         }
     }
     if (!r.has_vertices) in.fail_at(in.where(), "has no Vertices");
-    if (!r.has_triangles) in.fail_at(in.where(), "has no Triangles or Quadrilaterals");
+    if (!r.has_triangles && !is_domain(r)) in.fail_at(in.where(), "has no Triangles or Quadrilaterals");
     r.vertex.check(in, r.soup.points.size());
     r.edge.check(in, r.soup.edges.size());
     r.triangle.check(in, r.num_triangle_entries);
     divide_edges(r);
     number_required_triangles(r);
-    if (std::all_of(r.soup.labels.begin(), r.soup.labels.end(), [](int label) { return label == 0; })) r.soup.labels.clear();
+    for (std::vector<int>* labels : {&r.soup.labels, &r.soup.edge_labels})
+        if (std::all_of(labels->begin(), labels->end(), [](int label) { return label == 0; })) labels->clear();
+    r.soup.dimension = r.dimension;
     return std::move(r.soup);
+}
+
+TriangleSoup with_triangles(const std::string& path, TriangleSoup soup) {
+    if (soup.dimension == 3 || !soup.triangles.empty()) return soup;
+    PlanarGraph graph;
+    for (const Eigen::Vector3d& p : soup.points) graph.points.emplace_back(p.x(), p.y());
+    graph.segments = std::move(soup.edges);
+    graph.labels = std::move(soup.edge_labels);
+    graph.corners = std::move(soup.corners);
+    graph.required = std::move(soup.required);
+    graph.first_number = 1;
+    return triangulated(path, graph);
 }
 
 /// The values under SolAtVertices, after the count: the number of fields and the kind of each.
@@ -502,19 +527,20 @@ std::vector<Field> parse_fields(Source in, std::optional<std::size_t> expected_c
 
 // Writing --------------------------------------------------------------------------------------------------------------
 
-constexpr std::string_view kTextHeader = "MeshVersionFormatted 2\nDimension 3\n";
+constexpr std::string_view kTextHeader = "MeshVersionFormatted 2\nDimension 3\n", kPlanarHeader = "MeshVersionFormatted 2\nDimension 2\n";
 
 int label_of(const TriangleSoup& soup, std::size_t triangle) { return soup.labels.empty() ? 0 : soup.labels[triangle]; }
+int edge_label_of(const TriangleSoup& soup, std::size_t edge) { return edge < soup.edge_labels.size() ? soup.edge_labels[edge] : 0; }
 
 /// Sections of a binary file. Each starts with its keyword and the byte where it ends.
 class BinarySections {
   public:
-    BinarySections(int version, std::size_t expected) : version_(version) {
+    BinarySections(int version, std::size_t expected, int dimension = 3) : version_(version) {
         bytes_.reserve(expected);
         append_bytes(bytes_, std::int32_t{1});
         append_bytes(bytes_, std::int32_t{version});
         begin(Keyword::Dimension, 4);
-        integer(3);
+        integer(dimension);
     }
 
     /// @param size  bytes of the section after its start
@@ -550,8 +576,8 @@ int version_for(std::size_t bytes) { return bytes < (std::size_t{1} << 31) ? 2 :
 
 }  // namespace
 
-TriangleSoup parse_medit(const std::string& path, std::string_view text) { return parse(TextSource(path, text)); }
-TriangleSoup parse_medit_binary(const std::string& path, std::string_view bytes) { return parse(BinarySource(path, bytes)); }
+TriangleSoup parse_medit(const std::string& path, std::string_view text) { return with_triangles(path, parse(TextSource(path, text))); }
+TriangleSoup parse_medit_binary(const std::string& path, std::string_view bytes) { return with_triangles(path, parse(BinarySource(path, bytes))); }
 
 std::vector<double> parse_sol(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count) {
     return parse_sizes(TextSource(path, text), expected_count);
@@ -592,8 +618,12 @@ struct EdgeSections {
 std::string medit_text(const TriangleSoup& soup) {
     const EdgeSections sections(soup);
     TextWriter out(64 * soup.points.size() + 32 * soup.triangles.size() + 64 * soup.parameters.size() + 256);
-    out << kTextHeader << "\nVertices\n" << soup.points.size() << '\n';
-    for (const Eigen::Vector3d& p : soup.points) out << p[0] << ' ' << p[1] << ' ' << p[2] << " 0\n";
+    out << (soup.dimension == 2 ? kPlanarHeader : kTextHeader) << "\nVertices\n" << soup.points.size() << '\n';
+    for (const Eigen::Vector3d& p : soup.points) {
+        out << p[0] << ' ' << p[1];
+        if (soup.dimension == 3) out << ' ' << p[2];
+        out << " 0\n";
+    }
     const auto write_numbers = [&](const char* keyword, const std::vector<int>& numbers) {
         if (numbers.empty()) return;
         out << '\n' << keyword << '\n' << numbers.size() << '\n';
@@ -603,7 +633,8 @@ std::string medit_text(const TriangleSoup& soup) {
     write_numbers("RequiredVertices", soup.required.vertices);
     if (!sections.edges.empty()) {
         out << "\nEdges\n" << sections.edges.size() << '\n';
-        for (const auto& [a, b] : sections.edges) out << a + 1 << ' ' << b + 1 << " 0\n";
+        for (std::size_t e = 0; e < sections.edges.size(); ++e)
+            out << sections.edges[e][0] + 1 << ' ' << sections.edges[e][1] + 1 << ' ' << edge_label_of(soup, e) << '\n';
     }
     if (!soup.edges.empty()) {
         out << "\nRidges\n" << soup.edges.size() << '\n';
@@ -632,10 +663,10 @@ std::string medit_binary(const TriangleSoup& soup) {
     const std::size_t size = 256 + 28 * soup.points.size() + 4 * soup.corners.size() + 16 * sections.edges.size() + 16 * soup.triangles.size() +
                              32 * soup.parameters.size() +
                              4 * (required.vertices.size() + required.edges.size() + required.triangles.size());
-    BinarySections out(version_for(size), size);
-    out.begin_entries(Keyword::Vertices, soup.points.size(), 28);
+    BinarySections out(version_for(size), size, soup.dimension);
+    out.begin_entries(Keyword::Vertices, soup.points.size(), soup.dimension == 2 ? 20 : 28);
     for (const Eigen::Vector3d& p : soup.points) {
-        for (int i = 0; i < 3; ++i) out.real(p[i]);
+        for (int i = 0; i < soup.dimension; ++i) out.real(p[i]);
         out.integer(0);
     }
     const auto write_numbers = [&](Keyword keyword, const std::vector<int>& numbers) {
@@ -647,10 +678,9 @@ std::string medit_binary(const TriangleSoup& soup) {
     write_numbers(Keyword::RequiredVertices, required.vertices);
     if (!sections.edges.empty()) {
         out.begin_entries(Keyword::Edges, sections.edges.size(), 12);
-        for (const auto& [a, b] : sections.edges) {
-            out.integer(a + 1);
-            out.integer(b + 1);
-            out.integer(0);
+        for (std::size_t e = 0; e < sections.edges.size(); ++e) {
+            for (const int v : sections.edges[e]) out.integer(v + 1);
+            out.integer(edge_label_of(soup, e));
         }
     }
     if (!soup.edges.empty()) {

@@ -41,6 +41,7 @@ constexpr MeshFormat kMeshFormats[] = {
     {".obj", false, without_fields<io::parse_obj>, soup_only<io::obj_text>, soup_only<io::obj_text>},
     {".off", false, without_fields<io::parse_off>, soup_only<io::off_text>, soup_only<io::off_text>},
     {".ply", true, io::parse_ply, io::ply_text, io::ply_binary},
+    {".poly", false, without_fields<io::parse_poly>, nullptr, nullptr},
     {".stl", false, without_fields<io::parse_stl>, soup_only<io::stl_text>, soup_only<io::stl_binary>},
     {".vtu", true, io::parse_vtk_xml, io::vtu_binary, io::vtu_binary},
     {".vtp", true, io::parse_vtk_xml, nullptr, nullptr},
@@ -104,6 +105,8 @@ void io::check_writable(const char* function, const TriangleSoup& soup) {
         refuse(function, std::to_string(soup.labels.size()) + " labels for " + std::to_string(soup.triangles.size()) + " triangles");
     for (std::size_t e = 0; e < soup.edges.size(); ++e)
         for (const int vertex : soup.edges[e]) check_vertex(function, vertex, n, "edge", e);
+    if (!soup.edge_labels.empty() && soup.edge_labels.size() != soup.edges.size())
+        refuse(function, std::to_string(soup.edge_labels.size()) + " labels for " + std::to_string(soup.edges.size()) + " edges");
     for (std::size_t c = 0; c < soup.corners.size(); ++c) check_vertex(function, soup.corners[c], n, "corner", c);
     const RequiredElements& required = soup.required;
     for (std::size_t v = 0; v < required.vertices.size(); ++v) check_vertex(function, required.vertices[v], n, "required vertex", v);

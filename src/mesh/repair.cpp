@@ -440,7 +440,9 @@ class Followers {
     }
 
     void follow(TriangleSoup& to) {
-        follow_edges(from_.edges, to.edges);
+        to.dimension = from_.dimension;
+        for (const int source : follow_edges(from_.edges, to.edges))
+            if (!from_.edge_labels.empty()) to.edge_labels.push_back(from_.edge_labels[source]);
         follow_vertices(from_.corners, to.corners);
         follow_vertices(from_.required.vertices, to.required.vertices);
         follow_edges(from_.required.edges, to.required.edges);
@@ -452,19 +454,25 @@ class Followers {
     }
 
   private:
-    void follow_edges(const std::vector<Edge>& from, std::vector<Edge>& to) {
+    // @returns for each of the result the edge that it is a piece of
+    std::vector<int> follow_edges(const std::vector<Edge>& from, std::vector<Edge>& to) {
         std::map<Edge, Edge> first_edge;
-        for (const Edge& edge : from) {
+        std::vector<int> sources;
+        for (int e = 0; e < std::ssize(from); ++e) {
+            const Edge& edge = from[e];
             bool found = false;
             std::set<Edge> halved;
             for (const Edge& image : edge_images(edge, halved)) {
                 found = true;
                 // Two that were welded are one.
                 const Edge source = sorted(edge[0], edge[1]);
-                if (first_edge.emplace(sorted(image[0], image[1]), source).first->second == source) to.push_back(image);
+                if (first_edge.emplace(sorted(image[0], image[1]), source).first->second != source) continue;
+                to.push_back(image);
+                sources.push_back(e);
             }
             if (!found) log_.add(RepairKind::LostFeatures, {edge[0], edge[1]});
         }
+        return sources;
     }
 
     void follow_vertices(const std::vector<int>& from, std::vector<int>& to) {

@@ -347,6 +347,10 @@ ChordErrorResult remesh_within(const Triangulation& surface, TriangulationBackgr
     made.result =
         remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, *control, map.cells, options.remesh, &checks);
     if (!checks.has_limit()) made.kept = true;
+    SurfaceMesh& mesh = made.result.mesh;
+    mesh.dimension = surface.soup().dimension;
+    if (mesh.dimension == 2)
+        for (Eigen::Vector3d& p : mesh.points) p.z() = 0;  // was, to rounding
     return made;
 }
 

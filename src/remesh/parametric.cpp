@@ -2,7 +2,7 @@
 
 #include "editor.hpp"
 #include "gradus/remesh/curves.hpp"
-#include "gradus/remesh/delaunay.hpp"
+#include "gradus/plane/delaunay.hpp"
 #include "optimise.hpp"
 
 #include <tbb/global_control.h>

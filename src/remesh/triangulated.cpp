@@ -501,9 +501,14 @@ SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& suppo
     for (int t = 0; t < mesh.num_triangles(); ++t) {
         result.triangles.push_back(mesh.triangle(t));
         result.patches.push_back(label_under(result.triangles.back()));
-        for (int h = 3 * t; h < 3 * t + 3; ++h)
-            if (thawed_tag(mesh.tag(h)) >= 0 && mesh.twin(h) < h) result.features.push_back({mesh.origin(h), mesh.target(h)});
+        for (int h = 3 * t; h < 3 * t + 3; ++h) {
+            const int chain = thawed_tag(mesh.tag(h));
+            if (chain < 0 || mesh.twin(h) >= h) continue;
+            result.features.push_back({mesh.origin(h), mesh.target(h)});
+            result.feature_labels.push_back(surface.features.chains[chain].label);
+        }
     }
+    if (std::all_of(result.feature_labels.begin(), result.feature_labels.end(), [](int label) { return label == 0; })) result.feature_labels.clear();
     result.required = find_required(surface, editor);
     return result;
 }

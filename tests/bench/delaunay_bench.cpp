@@ -1,7 +1,7 @@
 /// Time per point of the planar generator. The metric is a closed form, so its cost hardly counts.
 #include <benchmark/benchmark.h>
 
-#include "gradus/remesh/delaunay.hpp"
+#include "gradus/plane/delaunay.hpp"
 #include "support/planar_cases.hpp"
 
 using namespace gradus;

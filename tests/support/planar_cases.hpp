@@ -9,7 +9,7 @@
 #include <map>
 #include <vector>
 
-#include "gradus/remesh/delaunay.hpp"
+#include "gradus/plane/delaunay.hpp"
 
 namespace gradus::planar_cases {
 

@@ -7,6 +7,7 @@
 /// | .obj | Wavefront | points, triangles |
 /// | .off | Geomview: text, with NOFF, COFF and STOFF | points, triangles |
 /// | .ply | Stanford: text, binary of both byte orders read, little endian written | points, triangles, labels, fields |
+/// | .poly | Triangle's planar domains, with the `.node` file beside; only read | triangles, labels, edges |
 /// | .stl | text, or binary in *single* precision, the format having no other | points welded where equal, triangles |
 /// | .vtu .vtp | VTK in XML: text, binary, appended, zlib, both byte orders read; binary .vtu written | triangles, labels, edges, fields |
 ///
@@ -21,7 +22,10 @@
 /// `VerticesOnGeometricTriangles` holds TriangleSoup::parameters, an entry per vertex and patch: vertex, patch (from 1 in the
 /// file), u, v, distance (written as 0, not read). Text files are written with that section as comments behind `End`, each line
 /// with a leading `#`, as readers elsewhere stop at a keyword that they do not know; it is read there and as a section.
-/// Planar files (Dimension 2) get z = 0. Other sections are passed over.
+/// The reference of an edge is its label. Planar files (Dimension 2) get z = 0 and are written as such again; one that has edges and no
+/// triangles is a planar domain. Other sections are passed over.
+/// Planar domains are triangulated on reading, see plane/planar_graph.hpp. `.poly`: holes are those it lists, the attributes of regions are their
+/// labels, the markers of segments those of edges; attributes and markers of points, and areas of regions, are passed over.
 ///
 /// Gmsh and VTK: of triangles and quadrilaterals of second and higher order the corners are used only; the other nodes go. Lines are
 /// feature edges, points are passed over, files with volume elements are refused.

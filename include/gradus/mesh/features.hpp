@@ -46,6 +46,8 @@ struct FeatureChain {
     bool closed = false;
     bool certain = true;        ///< false: all that speaks for it are angles between facets; it is not given, no border, and no planes meet there
 
+    int label = 0;              ///< of the soup's edges that it is, if they have labels
+
     int num_edges() const { return static_cast<int>(vertices.size()) - (closed ? 0 : 1); }
     int vertex(int i) const { return vertices[i % vertices.size()]; }
 };

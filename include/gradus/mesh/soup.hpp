@@ -38,8 +38,10 @@ struct TriangleSoup {
     std::vector<Parameters> parameters = {};
 
     std::vector<std::array<int, 2>> edges = {};  ///< feature edges, or empty
+    std::vector<int> edge_labels = {};           ///< one per feature edge (Medit reference, marker of a segment), or empty
     std::vector<int> corners = {};               ///< vertices that are feature corners, or empty
     RequiredElements required = {};              ///< what remeshing does not touch
+    int dimension = 3;                           ///< 2: of the plane, z is 0
 };
 
 /// Of the box around the corners of its triangles; 0 without any.

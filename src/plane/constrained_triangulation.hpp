@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "gradus/remesh/predicates.hpp"
+#include "gradus/plane/predicates.hpp"
 
 namespace gradus::planar {
 
@@ -121,5 +121,16 @@ void fill_cavity(std::vector<Tri>& triangles, int vertex, const Cavity& cavity, 
 /// sides with n == kOutside.
 /// @throws std::invalid_argument naming points or segments: repeated points, open loops, repeated, crossing or touching segments
 std::vector<Tri> triangulate_loops(std::span<const Eigen::Vector2d> points, std::span<const std::array<int, 2>> segments);
+
+/// A constrained Delaunay triangulation of a box around all points, whose corners are numbered after these.
+struct Arrangement {
+    std::vector<Tri> triangles;  ///< is_fixed() where the segments are
+    int outer;                   ///< a triangle at the border of the box
+};
+
+/// Points that belong to no segment become vertices, too.
+/// @param first_number  what messages call the first point
+/// @throws std::invalid_argument as above, but for open loops
+Arrangement triangulate_segments(std::span<const Eigen::Vector2d> points, std::span<const std::array<int, 2>> segments, int first_number = 0);
 
 }  // namespace gradus::planar

@@ -1,4 +1,4 @@
-#include "gradus/remesh/delaunay.hpp"
+#include "gradus/plane/delaunay.hpp"
 
 #include <algorithm>
 #include <cmath>

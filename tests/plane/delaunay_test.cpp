@@ -1,11 +1,11 @@
-#include "gradus/remesh/delaunay.hpp"
+#include "gradus/plane/delaunay.hpp"
 
 #include <catch2/catch.hpp>
 #include <limits>
 #include <random>
 #include <stdexcept>
 
-#include "gradus/remesh/predicates.hpp"
+#include "gradus/plane/predicates.hpp"
 #include "support/planar_cases.hpp"
 
 using namespace gradus;

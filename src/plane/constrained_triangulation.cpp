@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -29,22 +30,30 @@ namespace {
 using Points = std::span<const Eigen::Vector2d>;
 using Segments = std::span<const std::array<int, 2>>;
 
-std::string name(const std::array<int, 2>& segment) { return std::to_string(segment[0]) + "-" + std::to_string(segment[1]); }
+// Numbers of points as a file counts them.
+struct Names {
+    Points points;
+    int first;  ///< of the first point
 
-[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("triangulate_loops: " + what); }
+    std::string operator()(int point) const { return std::to_string(point + first); }
+    std::string operator()(const std::array<int, 2>& segment) const { return (*this)(segment[0]) + "-" + (*this)(segment[1]); }
+    std::string place(const Eigen::Vector2d& p) const {
+        std::ostringstream text;
+        text << " at (" << p.x() << ", " << p.y() << ")";
+        return text.str();
+    }
+    std::string placed(int point) const { return "point " + (*this)(point) + place(points[point]); }
+};
 
-void check_loops(Points points, Segments segments) {
+[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument(what); }
+
+void check_segments(Points points, Segments segments, const Names& name) {
     const int n = static_cast<int>(points.size());
-    std::vector<int> degree(n, 0);
-    for (const auto& s : segments) {
+    for (const auto& s : segments)
         if (s[0] < 0 || s[1] < 0 || s[0] >= n || s[1] >= n || s[0] == s[1]) refuse("segment " + name(s) + " has a bad or repeated index");
-        for (const int i : s) ++degree[i];
-    }
     if (segments.empty()) refuse("no segments");
-    for (int i = 0; i < n; ++i) {
-        if (!points[i].allFinite()) refuse("point " + std::to_string(i) + " is not finite");
-        if (degree[i] % 2 != 0) refuse("the loop is open at point " + std::to_string(i));
-    }
+    for (int i = 0; i < n; ++i)
+        if (!points[i].allFinite()) refuse("point " + name(i) + " is not finite");
     std::vector<std::array<int, 2>> sorted(segments.begin(), segments.end());
     for (auto& s : sorted) std::sort(s.begin(), s.end());
     std::sort(sorted.begin(), sorted.end());
@@ -52,15 +61,26 @@ void check_loops(Points points, Segments segments) {
     if (repeated != sorted.end()) refuse("segment " + name(*repeated) + " is repeated");
 }
 
+void check_closed(Points points, Segments segments, const Names& name) {
+    std::vector<int> degree(points.size(), 0);
+    for (const auto& s : segments)
+        for (const int i : s) ++degree[i];
+    for (int i = 0; i < static_cast<int>(points.size()); ++i)
+        if (degree[i] % 2 != 0) refuse("the loop is open at " + name.placed(i));
+}
+
 class Builder {
   public:
-    Builder(Points points, Segments segments) : points_(points.begin(), points.end()), num_points_(static_cast<int>(points.size())) {
+    Builder(Points points, Segments segments, const Names& names)
+        : name_(names), points_(points.begin(), points.end()), num_points_(static_cast<int>(points.size())) {
         add_box();
         insert_points();
         for (const auto& s : segments) recover(s);
     }
 
     std::vector<Tri> inside() const;
+    /// All triangles, and one at the border of the box.
+    Arrangement take() { return {std::move(triangles_), triangle_of_[num_points_]}; }
 
   private:
     const Eigen::Vector2d& at(int vertex) const { return points_[vertex]; }
@@ -76,7 +96,9 @@ class Builder {
     int fill_chain(const std::vector<int>& chain, int from, int to, std::vector<int>& slots);
     void link(const std::vector<int>& made, std::vector<RimEdge>& rim);
     void fix(int t, int k);
+    [[noreturn]] void refuse_crossing(const std::array<int, 2>& segment, const std::array<int, 2>& other) const;
 
+    const Names& name_;
     std::vector<Eigen::Vector2d> points_;
     int num_points_;
     std::vector<Tri> triangles_;
@@ -122,8 +144,11 @@ void Builder::insert(int vertex, int start) {
         const auto& v = triangles_[t].v;
         return incircle(at(v[0]), at(v[1]), at(v[2]), p) > 0;
     };
-    if (found.outcome != Walk::Found || !grow_cavity(triangles_, point_of(), in_conflict, found.triangle, p, cavity_))
-        refuse("point " + std::to_string(vertex) + " coincides with another");
+    if (found.outcome != Walk::Found || !grow_cavity(triangles_, point_of(), in_conflict, found.triangle, p, cavity_)) {
+        const auto& v = triangles_[found.triangle].v;
+        const auto same = std::find_if(v.begin(), v.end(), [&](int other) { return at(other) == p; });
+        refuse(name_.placed(vertex) + " coincides with " + (same != v.end() ? "point " + name_(*same) : "another"));
+    }
     fill_cavity(triangles_, vertex, cavity_, fan_);
     for (std::size_t i = 0; i < fan_.size(); ++i) triangle_of_[cavity_.rim[i].a] = fan_[i];
     triangle_of_[vertex] = fan_[0];
@@ -148,11 +173,17 @@ void Builder::recover(const std::array<int, 2>& segment) {
         if (right == b) return fix(t, previous(k));
         const int side = orient2d(at(a), at(right), at(b));
         if (side == 0 && (at(right) - at(a)).dot(at(b) - at(a)) > 0)
-            refuse("segment " + name(segment) + " touches point " + std::to_string(right));
+            refuse("segment " + name_(segment) + " touches " + name_.placed(right));
         if (side > 0 && left != b && orient2d(at(a), at(left), at(b)) < 0) return carve(a, b, t);
         t = tri.n[next(k)];
     } while (t != first);
-    refuse("segment " + name(segment) + " cannot be placed");
+    refuse("segment " + name_(segment) + " cannot be placed");
+}
+
+void Builder::refuse_crossing(const std::array<int, 2>& segment, const std::array<int, 2>& other) const {
+    const Eigen::Vector2d &a = at(segment[0]), d = at(segment[1]) - a, &c = at(other[0]), e = at(other[1]) - c, off = c - a;
+    const double along = (off.x() * e.y() - off.y() * e.x()) / (d.x() * e.y() - d.y() * e.x());
+    refuse("segment " + name_(segment) + " crosses " + name_(other) + name_.place(a + along * d));
 }
 
 /// Replaces the triangles that the segment a b crosses by triangulations of the two polygons on its sides. [Anglada 1997]
@@ -171,7 +202,7 @@ void Builder::carve(int a, int b, int first) {
     left.push_back(triangles_[t].v[previous(k)]);
     for (;;) {
         // The segment leaves t through its side k, from right.back() to left.back().
-        if (triangles_[t].is_fixed(k)) refuse("segment " + name({a, b}) + " crosses " + name({right.back(), left.back()}));
+        if (triangles_[t].is_fixed(k)) refuse_crossing({a, b}, {right.back(), left.back()});
         const int beyond = triangles_[t].n[k];
         const int j = side_of(triangles_[beyond], t);
         const int apex = triangles_[beyond].v[j];
@@ -183,7 +214,7 @@ void Builder::carve(int a, int b, int first) {
             break;
         }
         const int side = orient2d(at(a), at(b), at(apex));
-        if (side == 0) refuse("segment " + name({a, b}) + " touches point " + std::to_string(apex));
+        if (side == 0) refuse("segment " + name_({a, b}) + " touches " + name_.placed(apex));
         // Corners of `beyond`: apex, then left.back(), then right.back().
         if (side > 0) {
             keep(t, previous(j));  // apex to left.back()
@@ -204,7 +235,7 @@ void Builder::carve(int a, int b, int first) {
     const int below = fill_chain(right, 0, static_cast<int>(right.size()) - 1, slots);
     const int above = fill_chain(left, 0, static_cast<int>(left.size()) - 1, slots);
     if (!slots.empty() || below == kOutside || above == kOutside || size != static_cast<int>(removed.size()))
-        refuse("segment " + name({a, b}) + " cannot be placed");
+        refuse("segment " + name_({a, b}) + " cannot be placed");
     link(removed, rim);
     for (int i = 0; i < 3; ++i)
         if (triangles_[below].v[next(i)] == b && triangles_[below].v[previous(i)] == a) fix(below, i);
@@ -291,8 +322,16 @@ std::vector<Tri> Builder::inside() const {
 }  // namespace
 
 std::vector<Tri> triangulate_loops(Points points, Segments segments) {
-    check_loops(points, segments);
-    return Builder(points, segments).inside();
+    const Names names{points, 0};
+    check_segments(points, segments, names);
+    check_closed(points, segments, names);
+    return Builder(points, segments, names).inside();
+}
+
+Arrangement triangulate_segments(Points points, Segments segments, int first_number) {
+    const Names names{points, first_number};
+    check_segments(points, segments, names);
+    return Builder(points, segments, names).take();
 }
 
 }  // namespace gradus::planar

@@ -1,4 +1,4 @@
-#include "gradus/remesh/predicates.hpp"
+#include "gradus/plane/predicates.hpp"
 
 #include "../mesh/expansion.hpp"
 

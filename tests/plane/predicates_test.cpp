@@ -1,4 +1,4 @@
-#include "gradus/remesh/predicates.hpp"
+#include "gradus/plane/predicates.hpp"
 
 #include <boost/multiprecision/cpp_int.hpp>
 #include <catch2/catch.hpp>
