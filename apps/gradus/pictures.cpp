@@ -20,6 +20,17 @@ constexpr int kCandidates = 40;     // places compared for each enlargement
 constexpr double kFacing = 0.7;     // least cosine between the view and the normal of an enlarged place
 constexpr double kApart = 0.6;      // least distance of two enlarged places on one part, the same
 
+// What lies in a plane of constant z is seen from above.
+bool is_level(std::span<const Eigen::Vector3d> points) {
+    return std::all_of(points.begin(), points.end(), [&](const Eigen::Vector3d& p) { return p.z() == points.front().z(); });
+}
+
+Camera usual_view(std::span<const Eigen::Vector3d> points) {
+    Camera camera;
+    if (is_level(points)) camera.direction = {0, 0, 1}, camera.up = {0, 1, 0};
+    return camera;
+}
+
 double extent_of(const SurfaceMesh& mesh) {
     Eigen::Vector3d low = mesh.points.front(), high = low;
     for (const Eigen::Vector3d& p : mesh.points) low = low.cwiseMin(p), high = high.cwiseMax(p);
@@ -91,6 +102,7 @@ std::vector<Place> abrupt_places(const SurfaceMesh& mesh, double reach) {
 // Looks along the normal, rather from above and from the side of the usual view; nothing if the place is hidden from everywhere.
 std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& normal,
                                        double extent) {
+    if (is_level(mesh.points)) return usual_view(mesh.points).direction;
     std::vector<Eigen::Vector3d> ways;
     for (const double height : {0.35, 0.8, 0.0, 1.6, -0.5})
         for (int k = 0; k < 16; ++k) {
@@ -156,7 +168,7 @@ std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
         }
         if (best < 0) break;
         shown.push_back(best);
-        cameras.push_back({.direction = direction, .target = filled_target(mesh, mesh.points[best], direction, kEnlarged * extent), .width = kEnlarged * extent});
+        cameras.push_back({.direction = direction, .up = usual_view(mesh.points).up, .target = filled_target(mesh, mesh.points[best], direction, kEnlarged * extent), .width = kEnlarged * extent});
     }
     return cameras;
 }
@@ -172,13 +184,13 @@ Image draw(const SizedTriangles& map, Quantity quantity, const std::optional<Ran
                             .scale = Scale::Logarithmic,
                             .range = range,
                             .title = quantity == Quantity::Size ? "size" : "H-shock"};
-    return render({.points = map.points, .triangles = map.triangles, .field = field}, {}, {.edge_width = 0});
+    return render({.points = map.points, .triangles = map.triangles, .field = field}, usual_view(map.points), {.edge_width = 0});
 }
 
 std::vector<Picture> pictures_of(const SurfaceMesh& mesh, const std::optional<DrawnMesh>& input) {
     std::vector<Picture> pictures;
-    if (input) pictures.push_back({"input", fmt::format("the input, {} triangles", input->triangles.size()), render(*input)});
-    pictures.push_back({"mesh", fmt::format("{} triangles", mesh.triangles.size()), draw(mesh)});
+    if (input) pictures.push_back({"input", fmt::format("the input, {} triangles", input->triangles.size()), render(*input, usual_view(mesh.points))});
+    pictures.push_back({"mesh", fmt::format("{} triangles", mesh.triangles.size()), draw(mesh, usual_view(mesh.points))});
     pictures.push_back({"size", "sizes asked for", draw(SizedTriangles{mesh.points, mesh.triangles, mesh.sizes}, Quantity::Size)});
     int number = 0;
     for (const Camera& camera : enlargements(mesh, 2)) {

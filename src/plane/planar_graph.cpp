@@ -18,6 +18,7 @@ using Edge = std::array<int, 2>;
 using planar::kOutside;
 
 constexpr int kNone = -1;
+constexpr double kLargestCoordinate = 1e40;  // of which the signs of areas are exact
 
 Edge sorted(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
@@ -275,6 +276,9 @@ class Faces {
 TriangleSoup triangulate(const PlanarGraph& graph) {
     if (!graph.labels.empty() && graph.labels.size() != graph.segments.size())
         throw std::invalid_argument("triangulate: " + std::to_string(graph.labels.size()) + " labels for " + std::to_string(graph.segments.size()) + " segments");
+    for (std::size_t i = 0; i < graph.points.size(); ++i)
+        if (graph.points[i].cwiseAbs().maxCoeff() > kLargestCoordinate)
+            throw std::invalid_argument("point " + std::to_string(i + graph.first_number) + " at " + text_of(graph.points[i]) + " is too far away");
     return Faces(graph).soup();
 }
 

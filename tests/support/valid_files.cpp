@@ -96,6 +96,13 @@ std::vector<ValidFile> of_other_tools() {
          "Normals\n2\n0 0 1\nnan inf 0\nVertices 4  0 0 0 1  +1.0D0 0 0 1\n1e0 10d-1 0 1 0 1. 0 1\nQuadrilaterals\n1\n1 2 3 4 9\n"
          "Edges 2 1 2 0 2 3 0 RequiredEdges 1 2 Ridges 1 1 Corners 1 4\nEnd\n"},
         {".mesh", "MeshVersionFormatted 2\n\nDimension\n2\nVertices\n3\n0 0 0\n1 0 0\n1 2.5 0\nTriangles\n1\n1 2 3 0\n"},
+        {".mesh",
+         "MeshVersionFormatted 2\nDimension 2\nVertices\n8\n0 0 0\n3 0 0\n3 3 0\n0 3 0\n1 1 0\n2 1 0\n1 2 0\n.5 .5 0\nEdges\n7\n1 2 1\n2 3 2\n3 4 "
+         "1\n4 1 3\n5 6 4\n6 7 4\n7 5 4\nRequiredEdges\n1\n2\nCorners\n1\n5\nRequiredVertices\n1\n8\nEnd\n"},
+        {".poly",
+         "# a square with a hole and a line\n9 2 1 1\n1 0 0 5 1\n2 3 0 5 1\n3 3 3 5 1\n4 0 3 5 1\n5 1 1 .5 0\n6 2 1 .5 0\n7 1 2 .5 0\n8 2.5 1.5 0 0\n9 "
+         "2.5 2.5 0 0\n8 1\n1 1 2 7\n2 2 3 8\n3 3 4 9\n4 4 1 9\n5 5 6 1\n6 6 7 1\n7 7 5 1\n8 8 9 2\n1\n1 1.2 1.2\n1\n1 .1 .1 4 0.5 # size\n"},
+        {".poly", "3 2 0 0\n0 0 0\n1 1 0\n2 0 1\n3 0\n0 0 1\n1 1 2\n2 2 0\n0\n"},
         {".msh",
          "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 5 \"wall\"\n$EndPhysicalNames\n$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 1 1 0\n"
          "4 .5 0 0\n5 1 .5 0\n6 .5 .5 0\n$EndNodes\n$Elements\n3\n1 2 2 5 1 1 2 3\n2 9 3 6 2 0 1 2 3 4 5 6\n7 15 0 1\n$EndElements\n"
