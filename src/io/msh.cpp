@@ -495,25 +495,38 @@ MeshData Reader::read() {
 
 // Writing --------------------------------------------------------------------------------------------------------------
 
-/// A surface for each label. Its tag is the label if all can be tags; the label is its physical group in any case.
-struct Surface {
+/// A curve or a surface for each label. Its tag is the label if all can be tags; the label is its physical group in any case.
+struct Entity {
     int tag;
     std::optional<int> group;
-    std::vector<std::size_t> triangles;
+    std::vector<std::size_t> items;  ///< edges or triangles
 };
 
-std::vector<Surface> surfaces_of(const TriangleSoup& soup) {
+std::vector<Entity> entities_of(std::size_t count, const std::vector<int>& labels) {
     std::map<int, std::vector<std::size_t>> by_label;
-    for (std::size_t t = 0; t < soup.triangles.size(); ++t) by_label[soup.labels.empty() ? 1 : soup.labels[t]].push_back(t);
+    for (std::size_t i = 0; i < count; ++i) by_label[labels.empty() ? 1 : labels[i]].push_back(i);
     const bool labels_are_tags = !by_label.empty() && by_label.begin()->first > 0;
-    std::vector<Surface> surfaces;
-    for (auto& [label, triangles] : by_label) {
-        const int tag = labels_are_tags ? label : static_cast<int>(surfaces.size()) + 1;
-        surfaces.push_back({tag, soup.labels.empty() ? std::nullopt : std::optional(label), std::move(triangles)});
+    std::vector<Entity> entities;
+    for (auto& [label, items] : by_label) {
+        const int tag = labels_are_tags ? label : static_cast<int>(entities.size()) + 1;
+        entities.push_back({tag, labels.empty() ? std::nullopt : std::optional(label), std::move(items)});
     }
+    return entities;
+}
+
+struct Entities {
+    std::vector<Entity> curves, surfaces;
+};
+
+Entities entities_of(const TriangleSoup& soup) {
+    Entities entities{entities_of(soup.edges.size(), soup.edge_labels), entities_of(soup.triangles.size(), soup.labels)};
     // Nodes are on an entity, even if there are no triangles.
-    if (surfaces.empty()) surfaces.push_back({1, std::nullopt, {}});
-    return surfaces;
+    if (entities.surfaces.empty()) entities.surfaces.push_back({1, std::nullopt, {}});
+    // Some readers (meshio) want all entities in groups or none.
+    if (!soup.labels.empty() || !soup.edge_labels.empty())
+        for (auto* list : {&entities.curves, &entities.surfaces})
+            for (Entity& entity : *list) entity.group = entity.group.value_or(1);
+    return entities;
 }
 
 void write_bounds(TextWriter& out, const TriangleSoup& soup, const std::vector<int>& vertices) {
@@ -526,28 +539,24 @@ void write_bounds(TextWriter& out, const TriangleSoup& soup, const std::vector<i
     for (const Eigen::Vector3d& p : {low, high}) out << ' ' << p[0] << ' ' << p[1] << ' ' << p[2];
 }
 
-void write_entities(TextWriter& out, const TriangleSoup& soup, const std::vector<Surface>& surfaces) {
-    out << "$Entities\n0 " << (soup.edges.empty() ? 0 : 1) << ' ' << surfaces.size() << " 0\n";
-    if (!soup.edges.empty()) {
-        std::vector<int> vertices;
-        for (const auto& edge : soup.edges) vertices.insert(vertices.end(), edge.begin(), edge.end());
-        out << 1;
-        write_bounds(out, soup, vertices);
-        // Some readers (meshio) want all entities in groups or none.
-        out << (soup.labels.empty() ? " 0 0\n" : " 1 1 0\n");
-    }
-    for (const Surface& surface : surfaces) {
-        std::vector<int> vertices;
-        for (const std::size_t t : surface.triangles) vertices.insert(vertices.end(), soup.triangles[t].begin(), soup.triangles[t].end());
-        out << surface.tag;
-        write_bounds(out, soup, vertices);
-        if (surface.group) out << " 1 " << *surface.group << " 0\n";
-        else out << " 0 0\n";
-    }
+template <class Item>
+void write_entity(TextWriter& out, const TriangleSoup& soup, const Entity& entity, const std::vector<Item>& items) {
+    std::vector<int> vertices;
+    for (const std::size_t i : entity.items) vertices.insert(vertices.end(), items[i].begin(), items[i].end());
+    out << entity.tag;
+    write_bounds(out, soup, vertices);
+    if (entity.group) out << " 1 " << *entity.group << " 0\n";
+    else out << " 0 0\n";
+}
+
+void write_entities(TextWriter& out, const TriangleSoup& soup, const Entities& entities) {
+    out << "$Entities\n0 " << entities.curves.size() << ' ' << entities.surfaces.size() << " 0\n";
+    for (const Entity& curve : entities.curves) write_entity(out, soup, curve, soup.edges);
+    for (const Entity& surface : entities.surfaces) write_entity(out, soup, surface, soup.triangles);
     out << "$EndEntities\n";
 }
 
-void write_nodes(TextWriter& out, const TriangleSoup& soup, const Surface& surface) {
+void write_nodes(TextWriter& out, const TriangleSoup& soup, const Entity& surface) {
     const std::size_t n = soup.points.size();
     out << "$Nodes\n" << (n == 0 ? 0 : 1) << ' ' << n << ' ' << (n == 0 ? 0 : 1) << ' ' << n << '\n';
     if (n > 0) out << "2 " << surface.tag << " 0 " << n << '\n';
@@ -557,17 +566,19 @@ void write_nodes(TextWriter& out, const TriangleSoup& soup, const Surface& surfa
 }
 
 /// Elements are numbered as the triangles of the soup; edges come behind.
-void write_elements(TextWriter& out, const TriangleSoup& soup, const std::vector<Surface>& surfaces) {
+void write_elements(TextWriter& out, const TriangleSoup& soup, const Entities& entities) {
     const std::size_t total = soup.edges.size() + soup.triangles.size();
-    const std::size_t blocks = (soup.edges.empty() ? 0 : 1) + (soup.triangles.empty() ? 0 : surfaces.size());
+    const std::size_t blocks = entities.curves.size() + (soup.triangles.empty() ? 0 : entities.surfaces.size());
     out << "$Elements\n" << blocks << ' ' << total << ' ' << (total == 0 ? 0 : 1) << ' ' << total << '\n';
-    if (!soup.edges.empty()) out << "1 1 1 " << soup.edges.size() << '\n';
-    std::size_t number = soup.triangles.size();
-    for (const auto& [a, b] : soup.edges) out << ++number << ' ' << a + 1 << ' ' << b + 1 << '\n';
-    for (const Surface& surface : surfaces) {
-        if (surface.triangles.empty()) continue;
-        out << "2 " << surface.tag << " 2 " << surface.triangles.size() << '\n';
-        for (const std::size_t t : surface.triangles) {
+    for (const Entity& curve : entities.curves) {
+        out << "1 " << curve.tag << " 1 " << curve.items.size() << '\n';
+        for (const std::size_t e : curve.items)
+            out << soup.triangles.size() + e + 1 << ' ' << soup.edges[e][0] + 1 << ' ' << soup.edges[e][1] + 1 << '\n';
+    }
+    for (const Entity& surface : entities.surfaces) {
+        if (surface.items.empty()) continue;
+        out << "2 " << surface.tag << " 2 " << surface.items.size() << '\n';
+        for (const std::size_t t : surface.items) {
             const auto& [a, b, c] = soup.triangles[t];
             out << t + 1 << ' ' << a + 1 << ' ' << b + 1 << ' ' << c + 1 << '\n';
         }
@@ -603,13 +614,14 @@ void write_node_data(TextWriter& out, std::string_view name, int components, std
 }
 
 /// In the order of write_elements, edges too: some readers (meshio) pass over the numbers.
-void write_element_data(TextWriter& out, const TriangleSoup& soup, const std::vector<Surface>& surfaces, const Field& field) {
+void write_element_data(TextWriter& out, const TriangleSoup& soup, const Entities& entities, const Field& field) {
     const auto n = static_cast<std::size_t>(field.components);
     begin_data(out, "ElementData", field.name, field.components, soup.edges.size() + soup.triangles.size());
     const std::vector<double> none(n, std::numeric_limits<double>::quiet_NaN());
-    for (std::size_t e = 1; e <= soup.edges.size(); ++e) write_row(out, soup.triangles.size() + e, none);
-    for (const Surface& surface : surfaces)
-        for (const std::size_t t : surface.triangles) write_row(out, t + 1, std::span(field.values).subspan(t * n, n));
+    for (const Entity& curve : entities.curves)
+        for (const std::size_t e : curve.items) write_row(out, soup.triangles.size() + e + 1, none);
+    for (const Entity& surface : entities.surfaces)
+        for (const std::size_t t : surface.items) write_row(out, t + 1, std::span(field.values).subspan(t * n, n));
     out << "$EndElementData\n";
 }
 
@@ -620,13 +632,13 @@ std::string msh_text(const TriangleSoup& soup) { return msh_text(MeshData{soup})
 std::string msh_text(const MeshData& data) {
     const TriangleSoup& soup = data.soup;
     TextWriter out(80 * soup.points.size() + 40 * soup.triangles.size() + 40 * soup.edges.size() + 1024);
-    const std::vector<Surface> surfaces = surfaces_of(soup);
+    const Entities entities = entities_of(soup);
     out << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
-    write_entities(out, soup, surfaces);
-    write_nodes(out, soup, surfaces.front());
-    write_elements(out, soup, surfaces);
+    write_entities(out, soup, entities);
+    write_nodes(out, soup, entities.surfaces.front());
+    write_elements(out, soup, entities);
     for (const Field& field : data.point_fields) write_node_data(out, field.name, field.components, field.values);
-    for (const Field& field : cell_fields_of(data)) write_element_data(out, soup, surfaces, field);
+    for (const Field& field : cell_fields_of(data)) write_element_data(out, soup, entities, field);
     return out.take();
 }
 

@@ -74,8 +74,8 @@ void add_field(Arrays& arrays, const Field& field, std::size_t others) {
 
 void add_labels(Arrays& arrays, const TriangleSoup& soup) {
     arrays.open("Int32", std::string(io::kLabelField), 1, 4 * (soup.triangles.size() + soup.edges.size()));
-    for (const int label : soup.labels) arrays.append(std::int32_t{label});
-    for (std::size_t e = 0; e < soup.edges.size(); ++e) arrays.append(std::int32_t{0});
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t) arrays.append(std::int32_t{soup.labels.empty() ? 0 : soup.labels[t]});
+    for (std::size_t e = 0; e < soup.edges.size(); ++e) arrays.append(std::int32_t{soup.edge_labels.empty() ? 0 : soup.edge_labels[e]});
 }
 
 void add_points(Arrays& arrays, std::span<const Eigen::Vector3d> points) {

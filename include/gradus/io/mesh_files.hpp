@@ -30,8 +30,8 @@
 /// Gmsh and VTK: of triangles and quadrilaterals of second and higher order the corners are used only; the other nodes go. Lines are
 /// feature edges, points are passed over, files with volume elements are refused.
 /// Gmsh: the label of a face is its physical group (the first one), else the entity it is on; no labels if all faces are on one entity
-/// and in no group. Written are a surface and a group for each label, so that triangles come in the order of labels, and a curve of all
-/// edges.
+/// and in no group. Written are a surface and a group for each label, so that triangles come in the order of labels, and a curve for each label
+/// of edges, with a group if they have labels; those of edges are not read.
 /// VTK: an integer cell array `label` is the labels; the fields of write_vtu are read by read_mesh_data.
 /// PLY: an integer property `label` of faces is the labels; write_mesh leaves it away, write_mesh_data does not. Properties being single numbers, a field of several components is one
 /// property for each, `velocity_0`, `velocity_1` ...; the comment `gradus field 3 velocity` before them says that they are one. Integers
