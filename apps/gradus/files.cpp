@@ -111,7 +111,8 @@ void check_distinct(const std::vector<std::string>& outputs) {
     }
 }
 
-PatchModel load_model(const std::string& path) {
+PatchModel load_model(const std::string& path, const CageChoice& cage) {
+    if (cage.is_given()) return load_limit_surface(path, cage);
     if (kind_of(path) != FileKind::Patches)
         throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; surfaces are read from " +
                          extensions_of(FileKind::Patches) + " " + extensions_of(FileKind::Mesh) + " " + extensions_of(FileKind::ReadMesh));

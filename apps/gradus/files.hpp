@@ -7,6 +7,7 @@
 
 #include "gradus/control/background.hpp"
 #include "gradus/mesh/repair.hpp"
+#include "cages.hpp"
 #include "session.hpp"
 
 namespace gradus::app {
@@ -38,8 +39,8 @@ void make_folder(const std::string& path);
 /// @throws UsageError if two of the paths are one file
 void check_distinct(const std::vector<std::string>& outputs);
 
-/// The patches of a file, glued. @throws IoError, Failure naming the file
-PatchModel load_model(const std::string& path);
+/// The patches of a file, glued, or the limit surface of a cage. @throws IoError, Failure naming the file
+PatchModel load_model(const std::string& path, const CageChoice& cage = {});
 /// The triangle mesh of a file as it is, if it is an oriented manifold; else repaired, if that is asked for, with each change said.
 /// @throws Failure naming the file, its first faults and the cure
 /// The vertices of an STL that are a rounding apart as one, said.

@@ -36,6 +36,7 @@ struct Options {
     SizingOptions sizing;
     GradationChoice gradation;
     TriangulationChoice surface;
+    CageChoice cage;
     bool fast = false;
     int max_triangles = 20'000'000;
 };
@@ -63,9 +64,12 @@ struct Made {
     std::function<std::vector<Picture>()> draw;
 };
 
+bool is_triangulation(const Options& options) { return is_mesh(options.in) && !options.cage.is_given(); }
+
 void check_options(const Options& options) {
     check(options.sizing);
-    if (!is_mesh(options.in)) {
+    check(options.cage);
+    if (!is_triangulation(options)) {
         check_for_patches(options.sizing);
         check_for_patches(options.surface);
     }
@@ -75,7 +79,7 @@ void check_options(const Options& options) {
     if (!options.report.empty()) outputs.push_back(options.report);
     check_distinct(outputs);
     if (!options.background.empty() && options.sizes.empty()) throw UsageError("--background needs --size, the sizes at its vertices");
-    if (!options.fields.empty() && !is_mesh(options.in)) throw UsageError("--field is for triangle meshes, not for " + options.in);
+    if (!options.fields.empty() && !is_triangulation(options)) throw UsageError("--field is for triangle meshes, not for " + options.in);
     const SizingOptions& s = options.sizing;
     if (!options.sizes.empty() &&
         (s.alpha || s.relative_chord_error || s.chord_error || s.normal_angle || s.hmin || s.hmax || !s.at.empty() || s.feature_gap || s.gap ||
@@ -127,7 +131,7 @@ RemeshOptions remesh_options(const Options& options) {
 }
 
 Made mesh_patches(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
-    const auto model = stages.run("reading", [&] { return std::make_shared<const PatchModel>(load_model(options.in)); });
+    const auto model = stages.run("reading", [&] { return std::make_shared<const PatchModel>(load_model(options.in, options.cage)); });
     const auto map = std::make_shared<const Map>(make_map(options, *model, gradation, stages));
     const auto control = stages.run("control space", [&] { return std::make_shared<const ControlSpace>(map->sized.background, map->sized.sizes); });
     Made made;
@@ -274,7 +278,7 @@ int run_remesh(const Options& options) {
     check_options(options);
     const Session& session = options.session;
     Stages stages(session);
-    const Made made = is_mesh(options.in) ? mesh_triangles(options, gradation, stages) : mesh_patches(options, gradation, stages);
+    const Made made = is_triangulation(options) ? mesh_triangles(options, gradation, stages) : mesh_patches(options, gradation, stages);
     const SurfaceMesh& mesh = made.result.mesh;
     stages.run("writing", [&] {
         for (const std::string& path : options.out) check_holds(path, mesh.points, mesh.triangles);
@@ -362,6 +366,7 @@ void add_remesh(CLI::App& app, Run& run) {
     add_clearances(command, options->sizing);
     add_gradation(command, options->gradation, GradationNeeded::No);
     add_triangulation(command, options->surface);
+    add_cages(command, options->cage);
     command.add_option("--field", options->fields, "Fields at the vertices of IN, carried to the mesh as those of IN are; may be repeated")
         ->type_name("F.sol")
         ->type_size(1)

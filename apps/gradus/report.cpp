@@ -22,6 +22,7 @@ namespace {
 struct Options {
     Session session;
     std::string mesh, reference, sizes, background, out;
+    CageChoice cage;
 };
 
 // Where the vertices of a mesh lie on a surface.
@@ -120,7 +121,9 @@ int run_report(const Options& options) {
     Placing placing;
     TriangleSoup surface;
     std::optional<Reference> reference;
-    if (is_mesh(options.reference)) {
+    check(options.cage);
+    if (options.cage.is_given() && options.reference.empty()) throw UsageError("--subdivision says how the reference is meant; give --reference too");
+    if (is_mesh(options.reference) && !options.cage.is_given()) {
         reference.emplace(stages.run("reference", [&] {
             surface = read_mesh(options.reference);
             for (const auto& [path, read] : {std::pair{&options.mesh, &soup}, std::pair{&options.reference, &std::as_const(surface)}})
@@ -129,7 +132,7 @@ int run_report(const Options& options) {
         }));
         measure_options.reference = &*reference;
     } else if (!options.reference.empty()) {
-        model.emplace(stages.run("reference", [&] { return load_model(options.reference); }));
+        model.emplace(stages.run("reference", [&] { return load_model(options.reference, options.cage); }));
         placing = stages.run("placing", [&] { return place(*model, soup); });
         measure_options.model = &*model;
         measure_options.places = placing.places;
@@ -178,6 +181,7 @@ void add_report(CLI::App& app, Run& run) {
     command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")
         ->type_name("BG.mesh");
     command.add_option("-o,--output", options->out, "Write the report to a file as well")->type_name("R.html|R.json");
+    add_cages(command, options->cage);
     add_session(command, options->session);
     run_with(command, run, options, run_report);
 }

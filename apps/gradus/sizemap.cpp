@@ -21,6 +21,7 @@ struct Options {
     std::string in, out, background;
     SizingOptions sizing;
     TriangulationChoice surface;
+    CageChoice cage;
     int max_triangles = 20'000'000;
 };
 
@@ -36,7 +37,7 @@ struct Mapped {
 };
 
 Mapped map_patches(const Options& options, const std::string& given, Stages& stages) {
-    const PatchModel model = stages.run("reading", [&] { return load_model(options.in); });
+    const PatchModel model = stages.run("reading", [&] { return load_model(options.in, options.cage); });
     Mapped map{.rule = rule_of(options.sizing, limits_for(model.diagonal())), .surface = text_of(options.in, model), .json = {{"patches", model.num_patches()}}};
     SizedBackground sized;
     if (given.empty()) {
@@ -97,7 +98,8 @@ Mapped map_triangles(const Options& options, const std::string& given, Stages& s
 int run_sizemap(const Options& options) {
     check(options.sizing);
     check_output(options.out, {FileKind::Sizes, FileKind::SizeView, FileKind::SizedMesh});
-    const bool triangles = is_mesh(options.in);
+    check(options.cage);
+    const bool triangles = is_mesh(options.in) && !options.cage.is_given();
     if (!triangles) {
         check_for_patches(options.sizing);
         check_for_patches(options.surface);
@@ -170,6 +172,7 @@ void add_sizemap(CLI::App& app, Run& run) {
     add_sizing(command, options->sizing);
     add_clearances(command, options->sizing);
     add_triangulation(command, options->surface);
+    add_cages(command, options->cage);
     command.add_option("--max-triangles", options->max_triangles, "Refuse a larger background")
         ->type_name("N")
         ->check(CLI::Range(100, 1'000'000'000).description(""));

@@ -9,6 +9,7 @@
 
 #include "gradus/mesh/soup.hpp"
 #include "gradus/plane/planar_graph.hpp"
+#include "gradus/surface/subdivision.hpp"
 
 namespace gradus::io {
 
@@ -28,6 +29,7 @@ MeshData parse_ply(const std::string& path, std::string_view contents, Fields fi
 MeshData parse_vtk_xml(const std::string& path, std::string_view contents, Fields fields);
 TriangleSoup parse_medit(const std::string& path, std::string_view text);
 TriangleSoup parse_medit_binary(const std::string& path, std::string_view bytes);
+Cage parse_cage(const std::string& path, std::string_view text);
 TriangleSoup parse_obj(const std::string& path, std::string_view text);
 TriangleSoup parse_poly(const std::string& path, std::string_view text);
 /// A planar domain as triangles. @throws IoError for what is wrong with it

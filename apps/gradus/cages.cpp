@@ -1,0 +1,81 @@
+#include "cages.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "gradus/io/cage_files.hpp"
+#include "session.hpp"
+
+namespace gradus::app {
+
+namespace {
+
+// Limit surfaces are of one tangent plane across all edges that are no creases, to the accuracy of the caps at extraordinary vertices.
+constexpr double kCrease = 0.05;
+
+// The area vector of a face, whatever its shape.
+Eigen::Vector3d area_of(const Cage& cage, const std::vector<int>& face) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t k = 1; k + 1 < face.size(); ++k)
+        sum += (cage.points[face[k]] - cage.points[face[0]]).cross(cage.points[face[k + 1]] - cage.points[face[0]]);
+    return sum;
+}
+
+// Edges at which faces meet at an angle of this or more, radians, are sharp.
+void add_creases(Cage& cage, double angle) {
+    std::map<std::array<int, 2>, Eigen::Vector3d> normal;
+    for (const std::vector<int>& face : cage.faces) {
+        const Eigen::Vector3d n = area_of(cage, face).stableNormalized();
+        for (std::size_t k = 0; k < face.size(); ++k) {
+            const int a = face[k], b = face[(k + 1) % face.size()];
+            const auto [known, is_new] = normal.emplace(std::array{std::min(a, b), std::max(a, b)}, n);
+            if (!is_new && std::atan2(known->second.cross(n).norm(), known->second.dot(n)) >= angle) cage.creases.push_back({known->first, Cage::kSharp});
+        }
+    }
+}
+
+}  // namespace
+
+void add_cages(CLI::App& app, CageChoice& choice) {
+    const std::string group = "Subdivision";
+    app.add_option("--subdivision", choice.scheme, "IN is a cage, .obj: its limit surface is meant")
+        ->type_name("catmull-clark")
+        ->check(CLI::IsMember({"catmull-clark"}).description(""))
+        ->group(group);
+    app.add_option("--cage-crease-angle", choice.crease_angle, "Edges at which faces of the cage meet at this angle or more are sharp, degrees (default: those that the file says)")
+        ->type_name("DEG")
+        ->check(CLI::Range(0.0, 180.0).description(""))
+        ->group(group);
+    app.add_option("--cage-boundary", choice.boundary, "Boundaries: without a surface, ending in their curves, or with sharp corners too (default: as the file says, else corners)")
+        ->type_name("none|edges|corners")
+        ->check(CLI::IsMember({"none", "edges", "corners"}).description(""))
+        ->group(group);
+}
+
+void check(const CageChoice& choice) {
+    if (choice.is_given()) return;
+    if (choice.crease_angle) throw UsageError("--cage-crease-angle is for cages; give --subdivision too");
+    if (!choice.boundary.empty()) throw UsageError("--cage-boundary is for cages; give --subdivision too");
+}
+
+PatchModel load_limit_surface(const std::string& path, const CageChoice& choice) {
+    Cage cage = read_cage(path);
+    try {
+        if (const std::string why = why_no_limit_surface(cage); !why.empty()) throw Failure(path + ": " + why);
+        if (choice.crease_angle) add_creases(cage, *choice.crease_angle * std::numbers::pi / 180);
+        if (choice.boundary == "none") cage.boundary = Cage::Boundary::None;
+        if (choice.boundary == "edges") cage.boundary = Cage::Boundary::Edges;
+        if (choice.boundary == "corners") cage.boundary = Cage::Boundary::EdgesAndCorners;
+        LimitSurface surface = limit_surface(cage);
+        if (surface.patches.empty()) throw Failure(path + ": no face of the cage has a limit surface; --cage-boundary edges gives boundaries one");
+        return PatchModel(std::move(surface.patches), {.crease_angle = kCrease});
+    } catch (const std::invalid_argument& error) {
+        throw Failure(path + ": " + error.what());
+    }
+}
+
+}  // namespace gradus::app

@@ -1,0 +1,69 @@
+// The program on cages of subdivision surfaces.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "gradus/io/mesh_files.hpp"
+#include "gradus/mesh/diagnose.hpp"
+#include "support/files.hpp"
+#include "support/program.hpp"
+
+using namespace gradus;
+using nlohmann::json;
+using support::Outcome;
+using support::run;
+using support::TemporaryFolder;
+
+namespace {
+
+const std::string kCube =
+    "v -1 -1 -1\nv -1 -1 1\nv -1 1 -1\nv -1 1 1\nv 1 -1 -1\nv 1 -1 1\nv 1 1 -1\nv 1 1 1\n"
+    "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n";
+
+}  // namespace
+
+TEST_CASE("the limit surface of a cage is meshed, its vertices on it, its creases kept", "[cli]") {
+    const TemporaryFolder folder;
+    support::spill(folder / "cage.obj", kCube + "t crease 2/1/0 0 1 10\nt crease 2/1/0 1 3 10\nt crease 2/1/0 3 2 10\nt crease 2/1/0 2 0 10\n");
+    const Outcome outcome = run(folder, "remesh cage.obj --subdivision catmull-clark -o out.mesh --json");
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const json said = json::parse(outcome.out);
+    CHECK(said["area_length"]["min"].get<double>() > 0.8);
+    CHECK(said["area_length"]["mean"].get<double>() > 0.97);
+    const TriangleSoup mesh = read_mesh(folder / "out.mesh");
+    CHECK(diagnose(mesh).closed);
+    CHECK(mesh.edges.size() > 12);  // around one face
+    const Outcome report = run(folder, "report out.mesh --reference cage.obj --subdivision catmull-clark --json");
+    REQUIRE(report.code == 0);
+    CHECK(json::parse(report.out)["distance"]["vertices"]["max"].get<double>() < 1e-12);
+    CHECK(run(folder, "sizemap cage.obj --subdivision catmull-clark -o map.sol").code == 0);
+}
+
+TEST_CASE("angles of the cage make creases, and other files are no cages", "[cli]") {
+    const TemporaryFolder folder;
+    support::spill(folder / "cage.obj", kCube);
+    REQUIRE(run(folder, "remesh cage.obj --subdivision catmull-clark --cage-crease-angle 80 -o out.mesh --hmax 0.2").code == 0);
+    const TriangleSoup mesh = read_mesh(folder / "out.mesh");
+    double area = 0;
+    for (const auto& [a, b, c] : mesh.triangles) area += (mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]).norm() / 2;
+    CHECK(area == Approx(24).epsilon(1e-9));  // the cube itself
+    const std::pair<const char*, const char*> refused[] = {
+        {"remesh cage.off --subdivision catmull-clark -o out.mesh", "is no .obj"},
+        {"remesh cage.obj --cage-crease-angle 80 -o out.mesh", "give --subdivision too"},
+        {"remesh cage.obj --subdivision catmull-clark --freeze 3 -o out.mesh", "--freeze"},
+        {"remesh edit.obj --subdivision catmull-clark -o out.mesh", "edit.obj:15: the tag vertexedit is not supported"},
+        {"remesh fan.obj --subdivision catmull-clark -o out.mesh", "edge 1-2 has 3 faces"},
+        {"remesh tag.obj --subdivision catmull-clark -o out.mesh", "crease 1-8 is no edge"},
+    };
+    support::spill(folder / "cage.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    support::spill(folder / "edit.obj", kCube + "t vertexedit 2/3/2 0 1 0 0 1 a b\n");
+    support::spill(folder / "fan.obj", kCube + "f 2 1 7\n");
+    support::spill(folder / "tag.obj", kCube + "t crease 2/1/0 0 7 3\n");
+    for (const auto& [command, message] : refused) {
+        const Outcome outcome = run(folder, command);
+        CAPTURE(command);
+        CHECK(outcome.code != 0);
+        CHECK_THAT(outcome.err, Catch::Contains(message));
+    }
+}

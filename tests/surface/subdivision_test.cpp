@@ -1,0 +1,137 @@
+#include "gradus/surface/subdivision.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "gradus/curvature/principal.hpp"
+#include "gradus/surface/patch_model.hpp"
+
+using namespace gradus;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+Cage cube() {
+    Cage cage;
+    for (const double x : {-1, 1})
+        for (const double y : {-1, 1})
+            for (const double z : {-1, 1}) cage.points.emplace_back(x, y, z);
+    cage.faces = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+    return cage;
+}
+
+Cage torus(int n, int m) {
+    Cage cage;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < m; ++j) {
+            const double u = 2 * std::numbers::pi * i / n, v = 2 * std::numbers::pi * j / m, r = 3 + std::cos(v);
+            cage.points.emplace_back(r * std::cos(u), r * std::sin(u), std::sin(v));
+            const int i1 = (i + 1) % n, j1 = (j + 1) % m;
+            cage.faces.push_back({i * m + j, i1 * m + j, i1 * m + j1, i * m + j1});
+        }
+    return cage;
+}
+
+// A prism over a polygon: faces of n and of four corners.
+Cage prism(int n) {
+    Cage cage;
+    std::vector<int> bottom, top;
+    for (const double z : {0., 2.})
+        for (int i = 0; i < n; ++i) cage.points.emplace_back(std::cos(2 * std::numbers::pi * i / n), std::sin(2 * std::numbers::pi * i / n), z);
+    for (int i = 0; i < n; ++i) {
+        bottom.insert(bottom.begin(), i);
+        top.push_back(n + i);
+        cage.faces.push_back({i, (i + 1) % n, n + (i + 1) % n, n + i});
+    }
+    cage.faces.push_back(bottom);
+    cage.faces.push_back(top);
+    return cage;
+}
+
+PatchModel model_of(const Cage& cage) { return PatchModel(limit_surface(cage).patches, {.crease_angle = 0.05}); }
+
+int count(const PatchModel& model, CurveKind kind) {
+    return static_cast<int>(std::count_if(model.curves().begin(), model.curves().end(), [&](const ModelCurve& curve) { return curve.kind == kind; }));
+}
+
+}  // namespace
+
+TEST_CASE("limit points of a cube are those of the masks of Catmull and Clark", "[exact]") {
+    // A corner of valence 3 goes to (9 p + 4 sum of neighbours + sum of opposite corners) / 24, here (5/9) p of it after symmetry.
+    const LimitSurface surface = limit_surface(cube());
+    REQUIRE(surface.patches.size() == 6);
+    const Vector3d p(-1, -1, -1), neighbours = Vector3d(1, -1, -1) + Vector3d(-1, 1, -1) + Vector3d(-1, -1, 1),
+                   opposite = Vector3d(1, 1, -1) + Vector3d(1, -1, 1) + Vector3d(-1, 1, 1);
+    const Vector3d limit = (9 * p + 4 * neighbours + opposite) / 24;
+    CHECK((surface.patches[0]->position({0, 0}) - limit).norm() < 1e-7);
+    CHECK(surface.face == std::vector<int>{0, 1, 2, 3, 4, 5});
+}
+
+TEST_CASE("regular patches are bicubic B-splines, their derivatives those of differences", "[exact]") {
+    const Cage cage = torus(9, 7);
+    const LimitSurface surface = limit_surface(cage);
+    const double x = 0.3, y = 0.6;
+    const auto basis = [](double t) {
+        return std::array{(1 - t) * (1 - t) * (1 - t) / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6, t * t * t / 6};
+    };
+    Vector3d sum = Vector3d::Zero();
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) sum += basis(x)[i] * basis(y)[j] * cage.points[(i + 9 - 1) % 9 * 7 + (j + 7 - 1) % 7];
+    CHECK((surface.patches[0]->position({x, y}) - sum).norm() < 1e-14);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> uniform(0.1, 0.9);
+    constexpr double kStep = 1e-4;
+    for (const auto& patch : surface.patches) {
+        const Vector2d uv(uniform(random), uniform(random)), du(kStep, 0), dv(0, kStep);
+        const Jet2 jet = patch->jet2(uv);
+        CHECK((jet.duu - (patch->jet1(uv + du).du - patch->jet1(uv - du).du) / (2 * kStep)).norm() < 1e-6 * jet.du.norm());
+        CHECK((jet.duv - (patch->jet1(uv + dv).du - patch->jet1(uv - dv).du) / (2 * kStep)).norm() < 1e-6 * jet.du.norm());
+        CHECK((jet.dvv - (patch->jet1(uv + dv).dv - patch->jet1(uv - dv).dv) / (2 * kStep)).norm() < 1e-6 * jet.du.norm());
+    }
+}
+
+TEST_CASE("limit surfaces are closed and smooth, also where faces are no quadrilaterals", "[exact]") {
+    const PatchModel prisms = model_of(prism(GENERATE(3, 5, 8)));
+    CHECK(prisms.num_components() == 1);
+    CHECK(count(prisms, CurveKind::Boundary) == 0);
+    CHECK(count(prisms, CurveKind::Crease) == 0);
+}
+
+TEST_CASE("sharp edges are creases, boundaries end the surface, holes are left out", "[exact]") {
+    Cage cage = cube();
+    cage.creases = {{{0, 1}, 10}, {{1, 3}, 10}, {{3, 2}, 10}, {{2, 0}, 10}};
+    CHECK(count(model_of(cage), CurveKind::Crease) == 4);
+    cage.creases[0].sharpness = 2;
+    CHECK(count(model_of(cage), CurveKind::Crease) == 3);
+    cage = cube();
+    cage.holes = {2};
+    CHECK(limit_surface(cage).patches.size() == 5);
+    cage = cube();
+    cage.faces.pop_back();
+    CHECK(count(model_of(cage), CurveKind::Boundary) == 4);
+    cage.boundary = Cage::Boundary::None;
+    CHECK(limit_surface(cage).patches.size() == 1);
+}
+
+TEST_CASE("what keeps a cage from having a limit surface is named", "[exact]") {
+    Cage cage = cube();
+    CHECK(why_no_limit_surface(cage).empty());
+    cage.faces.push_back({0, 1, 7});
+    CHECK_THAT(why_no_limit_surface(cage), Catch::Contains("edge 1-2 has 3 faces"));
+    cage = cube();
+    std::reverse(cage.faces[0].begin(), cage.faces[0].end());
+    CHECK_THAT(why_no_limit_surface(cage), Catch::Contains("in the same direction"));
+    cage = cube();
+    cage.creases = {{{0, 7}, 1}};
+    CHECK_THAT(why_no_limit_surface(cage), Catch::Contains("crease 1-8 is no edge"));
+    cage = cube();
+    cage.faces.push_back({0, 1});
+    CHECK_THAT(why_no_limit_surface(cage), Catch::Contains("face 7 has 2 corners"));
+    cage = cube();
+    cage.points[3].x() = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THAT(why_no_limit_surface(cage), Catch::Contains("vertex 4"));
+    CHECK_THROWS_AS(limit_surface(cage), std::invalid_argument);
+}
