@@ -43,8 +43,8 @@ void add_creases(Cage& cage, double angle) {
 void add_cages(CLI::App& app, CageChoice& choice) {
     const std::string group = "Subdivision";
     app.add_option("--subdivision", choice.scheme, "IN is a cage, .obj: its limit surface is meant")
-        ->type_name("catmull-clark")
-        ->check(CLI::IsMember({"catmull-clark"}).description(""))
+        ->type_name("catmull-clark|loop")
+        ->check(CLI::IsMember({"catmull-clark", "loop"}).description(""))
         ->group(group);
     app.add_option("--cage-crease-angle", choice.crease_angle, "Edges at which faces of the cage meet at this angle or more are sharp, degrees (default: those that the file says)")
         ->type_name("DEG")
@@ -64,13 +64,14 @@ void check(const CageChoice& choice) {
 
 PatchModel load_limit_surface(const std::string& path, const CageChoice& choice) {
     Cage cage = read_cage(path);
+    const SubdivisionScheme scheme = choice.scheme == name_of(SubdivisionScheme::Loop) ? SubdivisionScheme::Loop : SubdivisionScheme::CatmullClark;
     try {
-        if (const std::string why = why_no_limit_surface(cage); !why.empty()) throw Failure(path + ": " + why);
+        if (const std::string why = why_no_limit_surface(cage, scheme); !why.empty()) throw Failure(path + ": " + why);
         if (choice.crease_angle) add_creases(cage, *choice.crease_angle * std::numbers::pi / 180);
         if (choice.boundary == "none") cage.boundary = Cage::Boundary::None;
         if (choice.boundary == "edges") cage.boundary = Cage::Boundary::Edges;
         if (choice.boundary == "corners") cage.boundary = Cage::Boundary::EdgesAndCorners;
-        LimitSurface surface = limit_surface(cage);
+        LimitSurface surface = limit_surface(cage, scheme);
         if (surface.patches.empty()) throw Failure(path + ": no face of the cage has a limit surface; --cage-boundary edges gives boundaries one");
         return PatchModel(std::move(surface.patches), {.crease_angle = kCrease});
     } catch (const std::invalid_argument& error) {

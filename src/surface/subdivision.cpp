@@ -26,7 +26,42 @@ Edge sorted(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 std::string name(int index) { return std::to_string(index + 1); }
 std::string name(const Edge& e) { return name(e[0]) + "-" + name(e[1]); }
 
-// One surface of OpenSubdiv, or the part of it at a corner of a face that is no quadrilateral.
+// A bilinear map of the unit square to the parameters of a face.
+struct Part {
+    Vector2d origin, along_s, along_t, twist;
+
+    Vector2d at(const Vector2d& st) const { return origin + st.x() * along_s + st.y() * along_t + st.x() * st.y() * twist; }
+};
+
+Part square(const Vector2d& low, double width) { return {low, {width, 0}, {0, width}, {0, 0}}; }
+
+// The quadrilateral of a corner, the middles of both edges there, and the middle of the face.
+Part corner_of_triangle(const Vector2d& before, const Vector2d& corner, const Vector2d& after) {
+    const Vector2d a = (corner + after) / 2, b = (corner + before) / 2, middle = (before + corner + after) / 3;
+    return {corner, a - corner, b - corner, corner - a - b + middle};
+}
+
+// The parts of a face: the whole of a quadrilateral, or one at each corner.
+std::vector<Part> parts_of(const osd::Bfr::Parameterization& parameters, bool whole) {
+    if (whole) return {square({0, 0}, 1)};
+    std::vector<Part> parts;
+    if (parameters.GetType() == osd::Bfr::Parameterization::TRI) {
+        const Vector2d corners[] = {{0, 0}, {1, 0}, {0, 1}};
+        for (int k = 0; k < 3; ++k) parts.push_back(corner_of_triangle(corners[(k + 2) % 3], corners[k], corners[(k + 1) % 3]));
+    } else if (parameters.HasSubFaces()) {
+        for (int part = 0; part < parameters.GetFaceSize(); ++part) {
+            const double zero[2] = {0, 0};
+            double low[2];
+            parameters.ConvertNormalizedSubFaceToCoord(part, zero, low);
+            parts.push_back(square({low[0], low[1]}, 0.5));
+        }
+    } else {
+        for (const Vector2d& low : {Vector2d(0, 0), Vector2d(0.5, 0), Vector2d(0.5, 0.5), Vector2d(0, 0.5)}) parts.push_back(square(low, 0.5));
+    }
+    return parts;
+}
+
+// Part of a surface of OpenSubdiv.
 class LimitPatch final : public ParametricSurface {
   public:
     using Surface = osd::Bfr::Surface<double>;
@@ -35,60 +70,69 @@ class LimitPatch final : public ParametricSurface {
         std::unique_ptr<const osd::Bfr::RefinerSurfaceFactory<>> factory;
     };
 
-    /// @param low, scale  of the square of the surface's parameters that it is
     LimitPatch(std::shared_ptr<const Shared> shared, std::shared_ptr<const Surface> surface, std::shared_ptr<const std::vector<double>> points,
-               const Vector2d& low, double scale)
-        : shared_(std::move(shared)), surface_(std::move(surface)), points_(std::move(points)), low_(low), scale_(scale) {}
+               const Part& part)
+        : shared_(std::move(shared)),
+          surface_(std::move(surface)),
+          points_(std::move(points)),
+          part_(part),
+          may_be_turned_(surface_->GetParameterization().GetType() == osd::Bfr::Parameterization::TRI && !surface_->IsRegular()) {}
 
     Domain domain() const override { return {}; }
-    Vector3d position(const Vector2d& uv) const override {
+    Vector3d position(const Vector2d& st) const override {
         Vector3d p;
-        surface_->Evaluate(at(uv).data(), points_->data(), 3, p.data());
+        surface_->Evaluate(part_.at(st).data(), points_->data(), 3, p.data());
         return p;
     }
-    Jet1 jet1(const Vector2d& uv) const override {
-        Jet1 jet;
-        surface_->Evaluate(at(uv).data(), points_->data(), 3, jet.p.data(), jet.du.data(), jet.dv.data());
-        jet.du *= scale_;
-        jet.dv *= scale_;
-        return jet;
+    Jet1 jet1(const Vector2d& st) const override {
+        const Jet1 jet = face_jet1(part_.at(st));
+        const Vector2d ds = part_.along_s + st.y() * part_.twist, dt = part_.along_t + st.x() * part_.twist;
+        return {jet.p, first(jet, ds), first(jet, dt)};
     }
-    Jet2 jet2(const Vector2d& uv) const override {
-        Jet2 jet;
-        surface_->Evaluate(at(uv).data(), points_->data(), 3, jet.p.data(), jet.du.data(), jet.dv.data(), jet.duu.data(), jet.duv.data(), jet.dvv.data());
-        jet.du *= scale_;
-        jet.dv *= scale_;
-        for (Vector3d* d : {&jet.duu, &jet.duv, &jet.dvv}) *d *= scale_ * scale_;
-        return jet;
+    Jet2 jet2(const Vector2d& st) const override {
+        const Jet2 jet = face_jet2(part_.at(st));
+        const Vector2d ds = part_.along_s + st.y() * part_.twist, dt = part_.along_t + st.x() * part_.twist;
+        return {jet.p, first(jet, ds), first(jet, dt), second(jet, ds, ds), second(jet, ds, dt) + first(jet, part_.twist), second(jet, dt, dt)};
     }
 
   private:
-    Vector2d at(const Vector2d& uv) const { return low_ + scale_ * uv; }
+    // Derivatives along directions of the face's parameters.
+    template <class Jet>
+    static Vector3d first(const Jet& jet, const Vector2d& a) {
+        return a.x() * jet.du + a.y() * jet.dv;
+    }
+    static Vector3d second(const Jet2& jet, const Vector2d& a, const Vector2d& b) {
+        return a.x() * b.x() * jet.duu + (a.x() * b.y() + a.y() * b.x()) * jet.duv + a.y() * b.y() * jet.dvv;
+    }
+
+    Jet1 face_jet1(const Vector2d& uv) const {
+        Jet1 jet;
+        surface_->Evaluate(uv.data(), points_->data(), 3, jet.p.data(), jet.du.data(), jet.dv.data());
+        return jet;
+    }
+    Jet2 face_jet2(const Vector2d& uv) const {
+        Jet2 jet;
+        surface_->Evaluate(uv.data(), points_->data(), 3, jet.p.data(), jet.du.data(), jet.dv.data(), jet.duu.data(), jet.duv.data(), jet.dvv.data());
+        if (may_be_turned_ && is_turned(uv, jet))
+            for (Vector3d* d : {&jet.duu, &jet.duv, &jet.dvv}) *d = -*d;
+        return jet;
+    }
+    // OpenSubdiv 3.5 forgets that parameters of the triangles in the middle run backwards: second derivatives have the wrong sign there. First
+    // derivatives, which are right, tell it by how they change on the way to the middle of the face.
+    bool is_turned(const Vector2d& uv, const Jet2& jet) const {
+        constexpr double kStep = 1e-4;
+        const Vector2d way = (Vector2d(1. / 3, 1. / 3) - uv) * kStep + Vector2d(1e-7, 2e-7);
+        const Jet1 there = face_jet1(uv + way);
+        const Vector3d u = way.x() * jet.duu + way.y() * jet.duv, v = way.x() * jet.duv + way.y() * jet.dvv;
+        return u.dot(there.du - jet.du) + v.dot(there.dv - jet.dv) < 0;
+    }
 
     std::shared_ptr<const Shared> shared_;
     std::shared_ptr<const Surface> surface_;
     std::shared_ptr<const std::vector<double>> points_;  // of the patches of the surface
-    Vector2d low_;
-    double scale_;
+    Part part_;
+    bool may_be_turned_;
 };
-
-// Lower corners of the squares that a face is cut into, and how wide they are: one at each corner, or the whole face.
-struct Parts {
-    std::vector<Vector2d> low;
-    double width;
-};
-Parts parts_of(const osd::Bfr::Parameterization& parameters, bool whole) {
-    if (whole) return {{{0, 0}}, 1};
-    if (!parameters.HasSubFaces()) return {{{0, 0}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}}, 0.5};
-    Parts parts{{}, 0.5};
-    for (int part = 0; part < parameters.GetFaceSize(); ++part) {
-        const double zero[2] = {0, 0};
-        double low[2];
-        parameters.ConvertNormalizedSubFaceToCoord(part, zero, low);
-        parts.low.emplace_back(low[0], low[1]);
-    }
-    return parts;
-}
 
 // Why not, for the faces by themselves.
 std::string why_no_faces(const Cage& cage) {
@@ -148,7 +192,7 @@ std::string why_no_tags(const Cage& cage, const std::map<Edge, std::vector<int>>
     return "";
 }
 
-std::shared_ptr<const osd::Far::TopologyRefiner> refiner_of(const Cage& cage) {
+std::shared_ptr<const osd::Far::TopologyRefiner> refiner_of(const Cage& cage, SubdivisionScheme scheme) {
     std::vector<int> corners, vertices, crease_ends, corner_vertices;
     for (const auto& face : cage.faces) {
         corners.push_back(static_cast<int>(face.size()));
@@ -185,15 +229,18 @@ std::shared_ptr<const osd::Far::TopologyRefiner> refiner_of(const Cage& cage) {
     if (cage.chaikin) options.SetCreasingMethod(Sdc::CREASE_CHAIKIN);
     if (cage.smooth_triangles) options.SetTriangleSubdivision(Sdc::TRI_SUB_SMOOTH);
     using Factory = osd::Far::TopologyRefinerFactory<osd::Far::TopologyDescriptor>;
-    return std::shared_ptr<const osd::Far::TopologyRefiner>(Factory::Create(topology, Factory::Options(osd::Sdc::SCHEME_CATMARK, options)));
+    return std::shared_ptr<const osd::Far::TopologyRefiner>(Factory::Create(topology, Factory::Options(scheme == SubdivisionScheme::Loop ? osd::Sdc::SCHEME_LOOP : osd::Sdc::SCHEME_CATMARK, options)));
 }
 
 }  // namespace
 
-std::string_view name_of(SubdivisionScheme) { return "catmull-clark"; }
+std::string_view name_of(SubdivisionScheme scheme) { return scheme == SubdivisionScheme::Loop ? "loop" : "catmull-clark"; }
 
-std::string why_no_limit_surface(const Cage& cage) {
+std::string why_no_limit_surface(const Cage& cage, SubdivisionScheme scheme) {
     if (std::string why = why_no_faces(cage); !why.empty()) return why;
+    for (int f = 0; f < std::ssize(cage.faces); ++f)
+        if (scheme == SubdivisionScheme::Loop && cage.faces[f].size() != 3)
+            return "face " + name(f) + " has " + std::to_string(cage.faces[f].size()) + " corners, and Loop's scheme is for triangles";
     std::map<Edge, std::vector<int>> uses;
     for (int f = 0; f < std::ssize(cage.faces); ++f)
         for (std::size_t k = 0, n = cage.faces[f].size(); k < n; ++k) {
@@ -204,10 +251,10 @@ std::string why_no_limit_surface(const Cage& cage) {
     return why_no_tags(cage, uses);
 }
 
-LimitSurface limit_surface(const Cage& cage, SubdivisionScheme) {
-    if (const std::string why = why_no_limit_surface(cage); !why.empty()) throw std::invalid_argument(why);
+LimitSurface limit_surface(const Cage& cage, SubdivisionScheme scheme) {
+    if (const std::string why = why_no_limit_surface(cage, scheme); !why.empty()) throw std::invalid_argument(why);
     auto shared = std::make_shared<LimitPatch::Shared>();
-    shared->refiner = refiner_of(cage);
+    shared->refiner = refiner_of(cage, scheme);
     if (!shared->refiner) throw std::invalid_argument("the cage has no limit surface");
     using Factory = osd::Bfr::RefinerSurfaceFactory<>;
     Factory::Options options;
@@ -224,9 +271,8 @@ LimitSurface limit_surface(const Cage& cage, SubdivisionScheme) {
         if (!shared->factory->InitVertexSurface(f, surface.get())) continue;  // a hole, or at a boundary without a surface
         auto patch_points = std::make_shared<std::vector<double>>(3 * static_cast<std::size_t>(surface->GetNumPatchPoints()));
         surface->PreparePatchPoints(points.data(), 3, patch_points->data(), 3);
-        const Parts parts = parts_of(surface->GetParameterization(), all_quads);
-        for (const Vector2d& low : parts.low) {
-            result.patches.push_back(std::make_unique<LimitPatch>(shared, surface, patch_points, low, parts.width));
+        for (const Part& part : parts_of(surface->GetParameterization(), all_quads)) {
+            result.patches.push_back(std::make_unique<LimitPatch>(shared, surface, patch_points, part));
             result.face.push_back(f);
         }
     }

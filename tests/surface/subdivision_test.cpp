@@ -135,3 +135,49 @@ TEST_CASE("what keeps a cage from having a limit surface is named", "[exact]") {
     CHECK_THAT(why_no_limit_surface(cage), Catch::Contains("vertex 4"));
     CHECK_THROWS_AS(limit_surface(cage), std::invalid_argument);
 }
+
+namespace {
+
+// An icosahedron, its triangles cut in four so that vertices of valence 5 and regular ones come in.
+Cage triangles() {
+    Cage cage;
+    const double g = std::numbers::phi;
+    for (const double a : {-1., 1.})
+        for (const double b : {-g, g}) cage.points.insert(cage.points.end(), {{0, a, b}, {a, b, 0}, {b, 0, a}});
+    for (int i = 0; i < 12; ++i)
+        for (int j = 0; j < 12; ++j)
+            for (int k = 0; k < 12; ++k) {
+                if (!(i < j && i < k)) continue;
+                const Vector3d &p = cage.points[i], &q = cage.points[j], &r = cage.points[k];
+                const auto is_side = [](const Vector3d& x, const Vector3d& y) { return std::abs((x - y).norm() - 2) < 1e-9; };
+                if (is_side(p, q) && is_side(q, r) && is_side(r, p) && (q - p).cross(r - p).dot(p) > 0) cage.faces.push_back({i, j, k});
+            }
+    cage.points[3] *= 1.4;
+    return cage;
+}
+
+}  // namespace
+
+TEST_CASE("Loop surfaces are smooth, and their second derivatives are those of the first everywhere", "[exact]") {
+    const Cage cage = triangles();
+    REQUIRE(cage.faces.size() == 20);
+    LimitSurface surface = limit_surface(cage, SubdivisionScheme::Loop);
+    REQUIRE(surface.patches.size() == 60);
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> uniform(0.05, 0.95);
+    constexpr double kStep = 1e-5;
+    for (int sample = 0; sample < 600; ++sample) {
+        const auto& patch = surface.patches[sample % surface.patches.size()];
+        const Vector2d uv(uniform(random), uniform(random)), du(kStep, 0), dv(0, kStep);
+        const Jet2 jet = patch->jet2(uv);
+        const Vector3d duu = (patch->jet1(uv + du).du - patch->jet1(uv - du).du) / (2 * kStep), duv = (patch->jet1(uv + dv).du - patch->jet1(uv - dv).du) / (2 * kStep),
+                       dvv = (patch->jet1(uv + dv).dv - patch->jet1(uv - dv).dv) / (2 * kStep);
+        CHECK((jet.duu - duu).norm() + (jet.duv - duv).norm() + (jet.dvv - dvv).norm() < 0.002 * (duu.norm() + duv.norm() + dvv.norm()));
+        CHECK((jet.du - (patch->position(uv + du) - patch->position(uv - du)) / (2 * kStep)).norm() < 1e-6 * jet.du.norm());
+    }
+    const PatchModel model(std::move(surface.patches), {.crease_angle = 0.05});
+    CHECK(model.num_components() == 1);
+    CHECK(count(model, CurveKind::Boundary) == 0);
+    CHECK(count(model, CurveKind::Crease) == 0);
+    CHECK_THAT(why_no_limit_surface(cube(), SubdivisionScheme::Loop), Catch::Contains("face 1 has 4 corners"));
+}

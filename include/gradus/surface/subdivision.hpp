@@ -1,4 +1,4 @@
-/// Limit surfaces of subdivision, from the cage that controls them. [Catmull, Clark 1978]
+/// Limit surfaces of subdivision, from the cage that controls them. [Catmull, Clark 1978; Loop 1987]
 #pragma once
 
 #include <array>
@@ -11,9 +11,9 @@
 
 namespace gradus {
 
-enum class SubdivisionScheme { CatmullClark };
+enum class SubdivisionScheme { CatmullClark, Loop };
 
-/// "catmull-clark"
+/// "catmull-clark", "loop"
 std::string_view name_of(SubdivisionScheme scheme);
 
 /// Faces of three corners and more, counter-clockwise seen from outside, with the tags of subdivision.
@@ -44,8 +44,9 @@ struct Cage {
 
 /// What keeps a cage from having a limit surface, on one line that names the face, edge or vertex (from 1 on); empty if nothing does: points
 /// that are not finite, indices out of range, faces of fewer than three corners or with one twice, edges of three faces and more or with two that
-/// run along it in the same direction, vertices where only vertices join the faces, tags of what is not there.
-std::string why_no_limit_surface(const Cage& cage);
+/// run along it in the same direction, vertices where only vertices join the faces, tags of what is not there; for Loop's scheme
+/// faces that are no triangles.
+std::string why_no_limit_surface(const Cage& cage, SubdivisionScheme scheme = SubdivisionScheme::CatmullClark);
 
 /// The limit surface, a patch with the domain [0, 1]^2 for each face, or for each corner of the faces if not all are quadrilaterals.
 struct LimitSurface {
@@ -53,6 +54,7 @@ struct LimitSurface {
     std::vector<int> face;  ///< of the cage, per patch
 };
 
+/// The corners of a face are the quadrilaterals between a vertex, the middles of two edges and the middle of the face, in its parameters.
 /// Positions and derivatives are exact but around extraordinary vertices, where a cap of one tangent plane takes the place of the infinitely
 /// many rings of patches beyond the tenth. Evaluation is safe from several threads, and patches hold what they need.
 /// @throws std::invalid_argument with why_no_limit_surface()
