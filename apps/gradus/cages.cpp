@@ -62,7 +62,7 @@ void check(const CageChoice& choice) {
     if (!choice.boundary.empty()) throw UsageError("--cage-boundary is for cages; give --subdivision too");
 }
 
-PatchModel load_limit_surface(const std::string& path, const CageChoice& choice) {
+LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice) {
     Cage cage = read_cage(path);
     const SubdivisionScheme scheme = choice.scheme == name_of(SubdivisionScheme::Loop) ? SubdivisionScheme::Loop : SubdivisionScheme::CatmullClark;
     try {
@@ -73,7 +73,10 @@ PatchModel load_limit_surface(const std::string& path, const CageChoice& choice)
         if (choice.boundary == "corners") cage.boundary = Cage::Boundary::EdgesAndCorners;
         LimitSurface surface = limit_surface(cage, scheme);
         if (surface.patches.empty()) throw Failure(path + ": no face of the cage has a limit surface; --cage-boundary edges gives boundaries one");
-        return PatchModel(std::move(surface.patches), {.crease_angle = kCrease});
+        std::vector<int> labels;
+        for (const int face : surface.face)
+            if (!cage.labels.empty()) labels.push_back(cage.labels[face]);
+        return {PatchModel(std::move(surface.patches), {.crease_angle = kCrease}), std::move(labels)};
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());
     }

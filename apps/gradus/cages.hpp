@@ -21,7 +21,13 @@ void add_cages(CLI::App& app, CageChoice& choice);
 /// @throws UsageError for options of cages without --subdivision
 void check(const CageChoice& choice);
 
-/// The limit surface of the cage in a file, glued. @throws IoError, Failure naming the file and what is wrong with it
-PatchModel load_limit_surface(const std::string& path, const CageChoice& choice);
+/// A surface of patches, and their labels, if the file has some.
+struct LoadedModel {
+    PatchModel model;
+    std::vector<int> labels = {};
+};
+
+/// The limit surface of the cage in a file, glued, with the labels of its faces. @throws IoError, Failure naming the file and what is wrong with it
+LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice);
 
 }  // namespace gradus::app

@@ -111,14 +111,14 @@ void check_distinct(const std::vector<std::string>& outputs) {
     }
 }
 
-PatchModel load_model(const std::string& path, const CageChoice& cage) {
+LoadedModel load_model(const std::string& path, const CageChoice& cage) {
     if (cage.is_given()) return load_limit_surface(path, cage);
     if (kind_of(path) != FileKind::Patches)
         throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; surfaces are read from " +
                          extensions_of(FileKind::Patches) + " " + extensions_of(FileKind::Mesh) + " " + extensions_of(FileKind::ReadMesh));
     const PatchFile file = read_patches(path);
     try {
-        return make_model(file);
+        return {make_model(file)};
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());
     }

@@ -40,7 +40,7 @@ void make_folder(const std::string& path);
 void check_distinct(const std::vector<std::string>& outputs);
 
 /// The patches of a file, glued, or the limit surface of a cage. @throws IoError, Failure naming the file
-PatchModel load_model(const std::string& path, const CageChoice& cage = {});
+LoadedModel load_model(const std::string& path, const CageChoice& cage = {});
 /// The triangle mesh of a file as it is, if it is an oriented manifold; else repaired, if that is asked for, with each change said.
 /// @throws Failure naming the file, its first faults and the cure
 /// The vertices of an STL that are a rounding apart as one, said.

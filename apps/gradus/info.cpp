@@ -105,7 +105,7 @@ int boundary_loops(const PatchModel& model) {
 
 int info_of_patches(const Options& options) {
     const PatchFile file = read_patches(options.file);
-    const PatchModel model = load_model(options.file);
+    const PatchModel model = std::move(load_model(options.file).model);
     std::map<std::array<int, 2>, int> degrees;
     bool rational = false;
     for (const BezierNet& net : file.nets) {

@@ -44,9 +44,17 @@ TriangleSoup soup_of(const SurfaceMesh& mesh) {
     return soup;
 }
 
-void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh) {
+void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh, std::span<const int> labels) {
     if (extension_of(path) == ".vtu") write_fields(path, model, mesh);
-    else write_mesh(path, soup_of(mesh));
+    else {
+        TriangleSoup soup = soup_of(mesh);
+        if (!labels.empty()) {
+            for (std::size_t t = 0; t < mesh.patches.size(); ++t) soup.labels[t] = labels[mesh.patches[t]];
+            // A file with places on patches has patches as labels.
+            soup.parameters.clear();
+        }
+        write_mesh(path, soup);
+    }
 }
 
 void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool labelled, const std::vector<Field>& point_fields,

@@ -131,7 +131,8 @@ RemeshOptions remesh_options(const Options& options) {
 }
 
 Made mesh_patches(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
-    const auto model = stages.run("reading", [&] { return std::make_shared<const PatchModel>(load_model(options.in, options.cage)); });
+    LoadedModel loaded = stages.run("reading", [&] { return load_model(options.in, options.cage); });
+    const auto model = std::make_shared<const PatchModel>(std::move(loaded.model));
     const auto map = std::make_shared<const Map>(make_map(options, *model, gradation, stages));
     const auto control = stages.run("control space", [&] { return std::make_shared<const ControlSpace>(map->sized.background, map->sized.sizes); });
     Made made;
@@ -144,7 +145,7 @@ Made mesh_patches(const Options& options, const std::optional<GradationOptions>&
     // The mesh itself is the caller's when these are called.
     const SurfaceMesh mesh = made.result.mesh;
     made.measure = [model, map, control, mesh] { return measure_surface_mesh(*model, mesh, *control); };  // control is a view of the map
-    made.write = [=](const std::string& path) { write_surface_mesh(path, *model, mesh); };
+    made.write = [=, labels = loaded.labels](const std::string& path) { write_surface_mesh(path, *model, mesh, labels); };
     made.draw = [=] { return pictures_of(mesh); };
     return made;
 }

@@ -132,7 +132,7 @@ int run_report(const Options& options) {
         }));
         measure_options.reference = &*reference;
     } else if (!options.reference.empty()) {
-        model.emplace(stages.run("reference", [&] { return load_model(options.reference, options.cage); }));
+        model.emplace(stages.run("reference", [&] { return std::move(load_model(options.reference, options.cage).model); }));
         placing = stages.run("placing", [&] { return place(*model, soup); });
         measure_options.model = &*model;
         measure_options.places = placing.places;

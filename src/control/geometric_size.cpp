@@ -18,6 +18,7 @@ namespace gradus {
 namespace {
 
 constexpr int kMostPieces = 20000;      // of a curve to begin with: patches up to 40 000 times as long as wide
+constexpr double kManyPatches = 512;  // that begin with a full grid each
 constexpr double kLeastAspect = 0.15;  // height over longest edge below which a triangle is a needle worth cutting
 
 // Fixed and free parameter of a side, and its extent.
@@ -62,16 +63,15 @@ double size_at(const PatchModel& model, const SizingRule& rule, const SurfacePoi
 }
 
 // Largest length of three parameter lines of a patch in direction `along`.
-double extent_of(const ParametricSurface& patch, int along) {
-    constexpr int kSteps = 16;
+double extent_of(const ParametricSurface& patch, int along, int steps) {
     const Domain d = patch.domain();
     double longest = 0;
     for (const double across : {0.0, 0.5, 1.0}) {
         double length = 0;
         Eigen::Vector3d last;
-        for (int i = 0; i <= kSteps; ++i) {
+        for (int i = 0; i <= steps; ++i) {
             Eigen::Vector2d s;
-            s[along] = static_cast<double>(i) / kSteps;
+            s[along] = static_cast<double>(i) / steps;
             s[1 - along] = across;
             const Eigen::Vector3d p = patch.position(d.min + s.cwiseProduct(d.max - d.min));
             if (i > 0) length += (p - last).norm();
@@ -88,21 +88,29 @@ double extent_of(const ParametricSurface& patch, int along) {
 std::vector<int> pieces_per_curve(const PatchModel& model, int cells) {
     constexpr double kLongSquare = 4;
     const int curves = static_cast<int>(model.curves().size());
-    std::vector<int> parent(curves), pieces(curves, 3);  // three, for sides that close on themselves
-    for (int c = 0; c < curves; ++c) parent[c] = c;
+    // At least two, so that patches between the same corners have no edge in common; three for sides that close on themselves.
+    const int least = std::min(cells, 3);
+    std::vector<int> parent(curves), pieces(curves, least);
+    for (int c = 0; c < curves; ++c) {
+        parent[c] = c;
+        if (model.curves()[c].ends[0] == model.curves()[c].ends[1]) pieces[c] = 3;
+    }
     const auto root = [&](int c) {
         while (parent[c] != c) c = parent[c] = parent[parent[c]];
         return c;
     };
     const auto curve = [&](int p, Side side) { return model.side_curve(p, side).curve; };
     for (int p = 0; p < model.num_patches(); ++p) {
-        parent[root(curve(p, Side::Bottom))] = root(curve(p, Side::Top));
-        parent[root(curve(p, Side::Left))] = root(curve(p, Side::Right));
+        for (const auto& [side, opposite] : {std::pair(Side::Bottom, Side::Top), std::pair(Side::Left, Side::Right)}) {
+            const int a = root(curve(p, side)), b = root(curve(p, opposite));
+            parent[a] = b;
+            pieces[b] = std::max(pieces[a], pieces[b]);
+        }
     }
     for (int p = 0; p < model.num_patches(); ++p) {
-        const double ratio = extent_of(model.patch(p), 0) / extent_of(model.patch(p), 1);
+        const double ratio = extent_of(model.patch(p), 0, 2 * cells) / extent_of(model.patch(p), 1, 2 * cells);
         const double slender = std::max(1.0, std::max(ratio, 1 / ratio) / kLongSquare);
-        const int few = std::max(3, static_cast<int>(std::lround(cells / slender)));
+        const int few = std::max(least, static_cast<int>(std::lround(cells / slender)));
         const int many = std::clamp(static_cast<int>(std::lround(few * slender)), cells, kMostPieces);
         int& along = pieces[root(curve(p, Side::Bottom))];
         along = std::max(along, ratio >= 1 ? many : few);
@@ -474,7 +482,9 @@ SizedBackground make_background(const PatchModel& model, const SizingRule& rule,
     if (!(options.size_tolerance > 0) || !(options.chord_tolerance > 0) || !(options.finest > 0))
         throw std::invalid_argument("make_background: tolerances must be positive");
     Builder builder(model, rule);
-    builder.start_from_grid(options.cells);
+    // Of very many patches each is a small part of the surface.
+    const double share = std::min(1.0, kManyPatches / std::max(model.num_patches(), 1));
+    builder.start_from_grid(std::max(2, static_cast<int>(std::lround(options.cells * std::sqrt(share)))));
     // Refining for sizes that will be refused in the end takes long: the first grid tells the order of magnitude.
     if (const double expected = builder.unit_triangles(); expected > 2 * options.max_unit_triangles)
         throw std::length_error(fmt::format("the sizes ask for about {:.15g} triangles, more than {:.0f}", std::round(expected), options.max_unit_triangles));

@@ -24,6 +24,9 @@ using Eigen::Vector3d;
 // A component whose boundary can be capped by less than this share of its own area encloses a volume worth speaking of.
 constexpr double largest_cap = 0.75;
 
+// Of very many patches each is a small part of the surface, and few samples of it do.
+constexpr int many_patches = 512;
+
 const char* name_of(Side side) {
     constexpr std::array<const char*, 4> names{"bottom", "right", "top", "left"};
     return names[static_cast<int>(side)];
@@ -49,8 +52,7 @@ struct PatchIntegrals {
     double volume = 0;  ///< of the cone from a given apex over the patch, signed by S_u x S_v
 };
 
-PatchIntegrals integrate(const ParametricSurface& patch, const Vector3d& apex) {
-    constexpr int pieces = 3;
+PatchIntegrals integrate(const ParametricSurface& patch, const Vector3d& apex, int pieces) {
     const Domain d = patch.domain();
     const double du = (d.max.x() - d.min.x()) / pieces, dv = (d.max.y() - d.min.y()) / pieces;
     PatchIntegrals result;
@@ -199,6 +201,9 @@ struct PatchModel::Builder {
     double tolerance = 0;  // absolute
     Vector3d low_corner{0, 0, 0};
 
+    bool has_many() const { return model.num_patches() > many_patches; }
+    int pieces() const { return has_many() ? 1 : 3; }
+
     void check_options() const {
         if (!(options.tolerance > 0)) throw std::invalid_argument("PatchModel: tolerance must be positive");
         if (!(options.crease_angle >= 0)) throw std::invalid_argument("PatchModel: crease_angle must not be negative");
@@ -211,7 +216,7 @@ struct PatchModel::Builder {
             if (!model.patches_[i]) throw std::invalid_argument("PatchModel: patch " + std::to_string(i) + " is null");
             const Domain d = model.patch(i).domain();
             Vector3d patch_low = Vector3d::Constant(INFINITY), patch_high = -patch_low;
-            constexpr int n = 8;
+            const int n = has_many() ? 2 : 8;
             for (int b = 0; b <= n; ++b)
                 for (int a = 0; a <= n; ++a) {
                     const Jet1 jet = model.patch(i).jet1({interpolate(d.min.x(), d.max.x(), static_cast<double>(a) / n),
@@ -221,7 +226,7 @@ struct PatchModel::Builder {
                     patch_low = patch_low.cwiseMin(jet.p);
                     patch_high = patch_high.cwiseMax(jet.p);
                 }
-            const double area = integrate(model.patch(i), patch_low).area;
+            const double area = integrate(model.patch(i), patch_low, pieces()).area;
             // Collinear points leave an area of rounding errors, some 1e-16 of the square of the size.
             if (!(area > 1e-13 * (patch_high - patch_low).squaredNorm()))
                 throw std::invalid_argument("PatchModel: patch " + std::to_string(i) + " has zero area");
@@ -357,7 +362,7 @@ struct PatchModel::Builder {
         const Vector3d apex = model.vertices_[model.corner_vertices_[4 * members[0]]].point;
         double area = 0, volume = 0, cap_area = 0;
         for (const int i : members) {
-            const PatchIntegrals part = integrate(model.patch(i), apex);
+            const PatchIntegrals part = integrate(model.patch(i), apex, pieces());
             area += part.area;
             volume += model.flipped_[i] ? -part.volume : part.volume;
         }

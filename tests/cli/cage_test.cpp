@@ -48,6 +48,16 @@ TEST_CASE("angles of the cage make creases, and other files are no cages", "[cli
     double area = 0;
     for (const auto& [a, b, c] : mesh.triangles) area += (mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]).norm() / 2;
     CHECK(area == Approx(24).epsilon(1e-9));  // the cube itself
+    // Materials are labels.
+    std::string two = kCube;
+    two.insert(two.find("f 5"), "usemtl b\n");
+    two.insert(two.find("f 1 2"), "usemtl a\n");
+    support::spill(folder / "two.obj", two);
+    REQUIRE(run(folder, "remesh two.obj --subdivision catmull-clark -o two.mesh").code == 0);
+    const TriangleSoup labelled = read_mesh(folder / "two.mesh");
+    const auto ones = std::count(labelled.labels.begin(), labelled.labels.end(), 1), twos = std::count(labelled.labels.begin(), labelled.labels.end(), 2);
+    CHECK(ones + twos == std::ssize(labelled.triangles));
+    CHECK(static_cast<double>(twos) / static_cast<double>(ones) == Approx(5).epsilon(0.1));
     const std::pair<const char*, const char*> refused[] = {
         {"remesh cage.off --subdivision catmull-clark -o out.mesh", "is no .obj"},
         {"remesh cage.obj --cage-crease-angle 80 -o out.mesh", "give --subdivision too"},
