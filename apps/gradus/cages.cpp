@@ -14,7 +14,8 @@ namespace gradus::app {
 
 namespace {
 
-// Limit surfaces are of one tangent plane across all edges that are no creases, to the accuracy of the caps at extraordinary vertices.
+// Limit surfaces are of one tangent plane across all edges that are no creases, to the accuracy of the caps at
+// extraordinary vertices.
 constexpr double kCrease = 0.05;
 
 // The area vector of a face, whatever its shape.
@@ -33,7 +34,8 @@ void add_creases(Cage& cage, double angle) {
         for (std::size_t k = 0; k < face.size(); ++k) {
             const int a = face[k], b = face[(k + 1) % face.size()];
             const auto [known, is_new] = normal.emplace(std::array{std::min(a, b), std::max(a, b)}, n);
-            if (!is_new && std::atan2(known->second.cross(n).norm(), known->second.dot(n)) >= angle) cage.creases.push_back({known->first, Cage::kSharp});
+            if (!is_new && std::atan2(known->second.cross(n).norm(), known->second.dot(n)) >= angle)
+                cage.creases.push_back({known->first, Cage::kSharp});
         }
     }
 }
@@ -46,11 +48,15 @@ void add_cages(CLI::App& app, CageChoice& choice) {
         ->type_name("catmull-clark|loop")
         ->check(CLI::IsMember({"catmull-clark", "loop"}).description(""))
         ->group(group);
-    app.add_option("--cage-crease-angle", choice.crease_angle, "Edges at which faces of the cage meet at this angle or more are sharp, degrees (default: those that the file says)")
+    app.add_option("--cage-crease-angle", choice.crease_angle,
+                   "Edges at which faces of the cage meet at this angle or more are sharp, degrees (default: those "
+                   "that the file says)")
         ->type_name("DEG")
         ->check(CLI::Range(0.0, 180.0).description(""))
         ->group(group);
-    app.add_option("--cage-boundary", choice.boundary, "Boundaries: without a surface, ending in their curves, or with sharp corners too (default: as the file says, else corners)")
+    app.add_option("--cage-boundary", choice.boundary,
+                   "Boundaries: without a surface, ending in their curves, or with sharp corners too (default: as the "
+                   "file says, else corners)")
         ->type_name("none|edges|corners")
         ->check(CLI::IsMember({"none", "edges", "corners"}).description(""))
         ->group(group);
@@ -64,7 +70,8 @@ void check(const CageChoice& choice) {
 
 LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice) {
     Cage cage = read_cage(path);
-    const SubdivisionScheme scheme = choice.scheme == name_of(SubdivisionScheme::Loop) ? SubdivisionScheme::Loop : SubdivisionScheme::CatmullClark;
+    const SubdivisionScheme scheme =
+        choice.scheme == name_of(SubdivisionScheme::Loop) ? SubdivisionScheme::Loop : SubdivisionScheme::CatmullClark;
     try {
         if (const std::string why = why_no_limit_surface(cage, scheme); !why.empty()) throw Failure(path + ": " + why);
         if (choice.crease_angle) add_creases(cage, *choice.crease_angle * std::numbers::pi / 180);
@@ -72,7 +79,9 @@ LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice
         if (choice.boundary == "edges") cage.boundary = Cage::Boundary::Edges;
         if (choice.boundary == "corners") cage.boundary = Cage::Boundary::EdgesAndCorners;
         LimitSurface surface = limit_surface(cage, scheme);
-        if (surface.patches.empty()) throw Failure(path + ": no face of the cage has a limit surface; --cage-boundary edges gives boundaries one");
+        if (surface.patches.empty())
+            throw Failure(path +
+                          ": no face of the cage has a limit surface; --cage-boundary edges gives boundaries one");
         std::vector<int> labels;
         for (const int face : surface.face)
             if (!cage.labels.empty()) labels.push_back(cage.labels[face]);

@@ -11,9 +11,9 @@
 namespace gradus::app {
 
 struct CageChoice {
-    std::string scheme = {};  ///< "catmull-clark"; empty: files hold what their names say
+    std::string scheme = {};                  ///< "catmull-clark"; empty: files hold what their names say
     std::optional<double> crease_angle = {};  ///< degrees
-    std::string boundary = {};  ///< "none", "edges" or "corners"; empty: as the file says
+    std::string boundary = {};                ///< "none", "edges" or "corners"; empty: as the file says
 
     bool is_given() const { return !scheme.empty(); }
 };
@@ -27,7 +27,8 @@ struct LoadedModel {
     std::vector<int> labels = {};
 };
 
-/// The limit surface of the cage in a file, glued, with the labels of its faces. @throws IoError, Failure naming the file and what is wrong with it
+/// The limit surface of the cage in a file, glued, with the labels of its faces. @throws IoError, Failure naming the
+/// file and what is wrong with it
 LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice);
 
 }  // namespace gradus::app

@@ -15,11 +15,13 @@ void add_remesh(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
 void add_info(CLI::App& app, Run& run);
 
-/// A command whose options live in `options` from now on, and which runs `work` on them. Its session sets the number of threads.
+/// A command whose options live in `options` from now on, and which runs `work` on them. Its session sets the number of
+/// threads.
 template <class Options>
 void run_with(CLI::App& command, Run& run, const std::shared_ptr<Options>& options, int (*work)(const Options&)) {
-    command.callback(
-        [&run, options, work] { run = [options, work] { return with_threads(options->session, [&] { return work(*options); }); }; });
+    command.callback([&run, options, work] {
+        run = [options, work] { return with_threads(options->session, [&] { return work(*options); }); };
+    });
 }
 
 }  // namespace gradus::app

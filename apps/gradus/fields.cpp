@@ -17,13 +17,16 @@ namespace {
 const std::set<std::string> kOwnPoints{"size", "shock"}, kOwnCells{"quality"};
 
 // The first of each name that is free; the names of others go to `own`.
-std::vector<Field> chosen(std::vector<Field> fields, const std::set<std::string>& taken, std::vector<std::string>& own) {
+std::vector<Field> chosen(std::vector<Field> fields, const std::set<std::string>& taken,
+                          std::vector<std::string>& own) {
     std::vector<Field> result;
     std::set<std::string> seen;
     for (Field& field : fields) {
         if (!seen.insert(field.name).second) continue;
-        if (taken.contains(field.name)) own.push_back(field.name);
-        else result.push_back(std::move(field));
+        if (taken.contains(field.name))
+            own.push_back(field.name);
+        else
+            result.push_back(std::move(field));
     }
     return result;
 }
@@ -36,10 +39,11 @@ std::pair<std::vector<std::string>, std::vector<std::string>> by_holding(const s
 
 void add_solution(const std::string& path, const std::string& in, std::size_t vertices, std::vector<Field>& fields) {
     for (Field& field : read_solution(path, vertices)) {
-        const bool twice = std::any_of(fields.begin(), fields.end(), [&](const Field& other) { return other.name == field.name; });
+        const bool twice =
+            std::any_of(fields.begin(), fields.end(), [&](const Field& other) { return other.name == field.name; });
         if (twice || kOwnPoints.contains(field.name))
-            throw Failure(
-                fmt::format("{}: {} has a field {} already; give the file another name", path, twice ? in : "the mesh", field.name));
+            throw Failure(fmt::format("{}: {} has a field {} already; give the file another name", path,
+                                      twice ? in : "the mesh", field.name));
         fields.push_back(std::move(field));
     }
 }
@@ -49,13 +53,15 @@ void add_solution(const std::string& path, const std::string& in, std::size_t ve
 Fields load_fields(const std::string& path, bool repair, const std::vector<std::string>& solutions) {
     for (const std::string& solution : solutions)
         if (kind_of(solution) != FileKind::Sizes)
-            throw UsageError(fmt::format("--field {}: unknown extension \"{}\"; use one of .sol .solb", solution, extension_of(solution)));
+            throw UsageError(fmt::format("--field {}: unknown extension \"{}\"; use one of .sol .solb", solution,
+                                         extension_of(solution)));
     Fields fields;
     // Other formats have none: they need not be read again.
     if (solutions.empty() && !holds_fields(path) && extension_of(path) != ".vtp") return fields;
     MeshData data = read_mesh_data(path);
     // Labels are carried as such.
-    if (!data.soup.labels.empty()) std::erase_if(data.cell_fields, [](const Field& field) { return field.name == "label"; });
+    if (!data.soup.labels.empty())
+        std::erase_if(data.cell_fields, [](const Field& field) { return field.name == "label"; });
     fields.points = chosen(std::move(data.point_fields), kOwnPoints, fields.own);
     fields.cells = chosen(std::move(data.cell_fields), kOwnCells, fields.own);
     for (const std::string& solution : solutions) add_solution(solution, path, data.soup.points.size(), fields.points);
@@ -67,7 +73,8 @@ Fields load_fields(const std::string& path, bool repair, const std::vector<std::
     return fields;
 }
 
-Fields carry(const Triangulation& surface, const Fields& fields, const SurfaceMesh& mesh, const std::vector<std::string>& outputs) {
+Fields carry(const Triangulation& surface, const Fields& fields, const SurfaceMesh& mesh,
+             const std::vector<std::string>& outputs) {
     if (by_holding(outputs).first.empty()) return {};
     return {carry_point_fields(surface, fields.points, mesh), carry_cell_fields(surface, fields.cells, mesh), {}};
 }
@@ -98,7 +105,8 @@ std::string text_of(const Fields& fields, const std::vector<std::string>& output
             text += fmt::format("fields: {} cannot hold {}; .msh .ply .vtu can\n", fmt::join(without, " "),
                                 fields.size() == 1 ? "this field" : fmt::format("these {} fields", fields.size()));
     }
-    if (!fields.own.empty()) text += fmt::format("fields: {} left behind, as the mesh has its own\n", fmt::join(fields.own, ", "));
+    if (!fields.own.empty())
+        text += fmt::format("fields: {} left behind, as the mesh has its own\n", fmt::join(fields.own, ", "));
     return text;
 }
 

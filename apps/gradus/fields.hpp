@@ -17,12 +17,14 @@ struct Fields {
     std::size_t size() const { return points.size() + cells.size(); }
 };
 
-/// Those of the file of a triangulation, aligned with what load_triangulation makes of it, and those of solutions at its vertices.
+/// Those of the file of a triangulation, aligned with what load_triangulation makes of it, and those of solutions at
+/// its vertices.
 /// @throws UsageError for a solution of another extension; IoError; Failure for two fields of one name
 Fields load_fields(const std::string& path, bool repair, const std::vector<std::string>& solutions);
 
 /// On a mesh of the triangulation; nothing if no output can hold any.
-Fields carry(const Triangulation& surface, const Fields& fields, const SurfaceMesh& mesh, const std::vector<std::string>& outputs);
+Fields carry(const Triangulation& surface, const Fields& fields, const SurfaceMesh& mesh,
+             const std::vector<std::string>& outputs);
 
 /// "T, velocity (3)"
 std::string names_of(const std::vector<Field>& fields);

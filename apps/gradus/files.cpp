@@ -88,7 +88,8 @@ void check_output(const std::string& path, const std::vector<FileKind>& kinds) {
     std::error_code none;
     if (fs::is_directory(path, none)) throw Failure(path + ": is a folder, not a file");
     // What is no regular file (a pipe) is written directly, anything else by way of its folder.
-    if (fs::exists(path, none) && ::access(path.c_str(), W_OK) != 0) throw Failure(path + ": is write-protected; choose another name");
+    if (fs::exists(path, none) && ::access(path.c_str(), W_OK) != 0)
+        throw Failure(path + ": is write-protected; choose another name");
     if (fs::exists(path, none) && !fs::is_regular_file(path, none)) return;
     const fs::path folder = fs::path(path).parent_path();
     check_folder(path, folder.empty() ? fs::path(".") : folder);
@@ -106,7 +107,8 @@ void check_distinct(const std::vector<std::string>& outputs) {
     for (const std::string& path : outputs) {
         std::error_code none;
         const std::string name = fs::weakly_canonical(fs::absolute(path), none).string();
-        if (std::find(names.begin(), names.end(), name) != names.end()) throw UsageError(path + ": is named for two outputs");
+        if (std::find(names.begin(), names.end(), name) != names.end())
+            throw UsageError(path + ": is named for two outputs");
         names.push_back(name);
     }
 }
@@ -115,7 +117,8 @@ LoadedModel load_model(const std::string& path, const CageChoice& cage) {
     if (cage.is_given()) return load_limit_surface(path, cage);
     if (kind_of(path) != FileKind::Patches)
         throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; surfaces are read from " +
-                         extensions_of(FileKind::Patches) + " " + extensions_of(FileKind::Mesh) + " " + extensions_of(FileKind::ReadMesh));
+                         extensions_of(FileKind::Patches) + " " + extensions_of(FileKind::Mesh) + " " +
+                         extensions_of(FileKind::ReadMesh));
     const PatchFile file = read_patches(path);
     try {
         return {make_model(file)};
@@ -127,7 +130,8 @@ LoadedModel load_model(const std::string& path, const CageChoice& cage) {
 Repaired repaired_by_default(const std::string& path, const TriangleSoup& soup, const Session& session) {
     const RepairOptions options = default_repair(soup);
     if (options.weld_tolerance > 0)
-        session.say(fmt::format("{}: vertices at open edges within {:.3g} of the diagonal are taken for one\n", path, options.weld_tolerance));
+        session.say(fmt::format("{}: vertices at open edges within {:.3g} of the diagonal are taken for one\n", path,
+                                options.weld_tolerance));
     return repair(soup, options);
 }
 
@@ -155,7 +159,8 @@ std::string text_of(const Cracks& cracks) {
     std::string text;
     if (cracks.twins > 0) text = fmt::format("{} vertices at open edges lie on others (cracks)", grouped(cracks.twins));
     if (cracks.twins > 0 && cracks.junctions > 0) text += ", ";
-    if (cracks.junctions > 0) text += fmt::format("{} vertices lie within open edges (T-junctions)", grouped(cracks.junctions));
+    if (cracks.junctions > 0)
+        text += fmt::format("{} vertices lie within open edges (T-junctions)", grouped(cracks.junctions));
     return text;
 }
 
@@ -188,35 +193,48 @@ bool holds_mesh(const std::string& size_map) { return is_of(size_map, FileKind::
 
 void write_size_map(const std::string& path, const TriangleSoup& soup, const std::vector<double>& sizes) {
     const std::string extension = extension_of(path);
-    if (extension == ".pos" || extension == ".msh") write_size_view(path, soup, sizes);
-    else if (extension == ".vtu") write_mesh_data(path, {.soup = soup, .point_fields = {{.name = "size", .components = 1, .values = sizes}}});
-    else if (extension == ".ply") write_coloured_ply(path, soup.points, soup.triangles, sizes, {.scale = Scale::Logarithmic});
-    else write_sizes(path, sizes);
+    if (extension == ".pos" || extension == ".msh")
+        write_size_view(path, soup, sizes);
+    else if (extension == ".vtu")
+        write_mesh_data(path, {.soup = soup, .point_fields = {{.name = "size", .components = 1, .values = sizes}}});
+    else if (extension == ".ply")
+        write_coloured_ply(path, soup.points, soup.triangles, sizes, {.scale = Scale::Logarithmic});
+    else
+        write_sizes(path, sizes);
 }
 
-void check_holds(const std::string& path, std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles) {
+void check_holds(const std::string& path, std::span<const Eigen::Vector3d> points,
+                 std::span<const Triangle> triangles) {
     if (extension_of(path) != ".stl") return;
-    const auto beyond = std::find_if(points.begin(), points.end(), [](const Eigen::Vector3d& p) { return !p.cast<float>().allFinite(); });
+    const auto beyond = std::find_if(points.begin(), points.end(),
+                                     [](const Eigen::Vector3d& p) { return !p.cast<float>().allFinite(); });
     if (beyond != points.end())
-        throw Failure(fmt::format("{}: vertex {} is beyond single precision, which binary STL is limited to", path, beyond - points.begin() + 1));
-    const auto normal = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) -> Eigen::Vector3d {
+        throw Failure(fmt::format("{}: vertex {} is beyond single precision, which binary STL is limited to", path,
+                                  beyond - points.begin() + 1));
+    const auto normal = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                           const Eigen::Vector3d& c) -> Eigen::Vector3d {
         return (b - a).cross(c - a).stableNormalized();
     };
     std::vector<Eigen::Vector3d> rounded;
-    for (const Eigen::Vector3d& p : points) rounded.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
+    for (const Eigen::Vector3d& p : points)
+        rounded.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
     const auto is_lost = [&](const Triangle& t) {
         const Eigen::Vector3d exact = normal(points[t[0]], points[t[1]], points[t[2]]);
         return !exact.isZero() && normal(rounded[t[0]], rounded[t[1]], rounded[t[2]]).dot(exact) < kTurned;
     };
     if (const auto lost = std::count_if(triangles.begin(), triangles.end(), is_lost); lost > 0)
-        throw Failure(fmt::format("{}: binary STL has single precision, in which {} triangles would be flattened or turned, this far from the origin; "
-                                  "write .obj .off .ply or .mesh, or move the surface to the origin",
-                                  path, grouped(static_cast<long long>(lost))));
+        throw Failure(
+            fmt::format("{}: binary STL has single precision, in which {} triangles would be flattened or turned, this "
+                        "far from the origin; "
+                        "write .obj .off .ply or .mesh, or move the surface to the origin",
+                        path, grouped(static_cast<long long>(lost))));
 }
 
 void require_reached(const std::string& size_map, std::span<const double> graded) {
     const auto unset = std::count_if(graded.begin(), graded.end(), [](double h) { return !std::isfinite(h); });
-    if (unset > 0) throw Failure(fmt::format("{}: {} vertices have no size, in parts of the surface where no vertex has one", size_map, unset));
+    if (unset > 0)
+        throw Failure(fmt::format("{}: {} vertices have no size, in parts of the surface where no vertex has one",
+                                  size_map, unset));
 }
 
 std::string background_beside(const std::string& sizes) {

@@ -1,32 +1,35 @@
-/// Files a command reads and writes: what kind they are, and whether they can be written, asked before anything is computed.
+/// Files a command reads and writes: what kind they are, and whether they can be written, asked before anything is
+/// computed.
 #pragma once
 
 #include <span>
 #include <string>
 #include <vector>
 
+#include "cages.hpp"
 #include "gradus/control/background.hpp"
 #include "gradus/mesh/repair.hpp"
-#include "cages.hpp"
 #include "session.hpp"
 
 namespace gradus::app {
 
 enum class FileKind {
-    Patches,   ///< .bpt .bez
-    Mesh,      ///< .obj .off .ply .stl .mesh .meshb .msh .vtu
-    ReadMesh,  ///< .vtp, only read
-    Sizes,     ///< .sol .solb
-    SizeView,  ///< .pos, only written
-    SizedMesh, ///< .msh .vtu .ply, a mesh that holds sizes: only written, and a Mesh by its name
-    Report,    ///< .html .json, only written
+    Patches,    ///< .bpt .bez
+    Mesh,       ///< .obj .off .ply .stl .mesh .meshb .msh .vtu
+    ReadMesh,   ///< .vtp, only read
+    Sizes,      ///< .sol .solb
+    SizeView,   ///< .pos, only written
+    SizedMesh,  ///< .msh .vtu .ply, a mesh that holds sizes: only written, and a Mesh by its name
+    Report,     ///< .html .json, only written
     Unknown
 };
 
 /// By extension, in upper or lower case.
 FileKind kind_of(const std::string& path);
 /// A triangle mesh to read.
-inline bool is_mesh(const std::string& path) { return kind_of(path) == FileKind::Mesh || kind_of(path) == FileKind::ReadMesh; }
+inline bool is_mesh(const std::string& path) {
+    return kind_of(path) == FileKind::Mesh || kind_of(path) == FileKind::ReadMesh;
+}
 /// In lower case, with the dot.
 std::string extension_of(const std::string& path);
 /// "a.bpt" with ".mesh" is "a.mesh".
@@ -41,7 +44,8 @@ void check_distinct(const std::vector<std::string>& outputs);
 
 /// The patches of a file, glued, or the limit surface of a cage. @throws IoError, Failure naming the file
 LoadedModel load_model(const std::string& path, const CageChoice& cage = {});
-/// The triangle mesh of a file as it is, if it is an oriented manifold; else repaired, if that is asked for, with each change said.
+/// The triangle mesh of a file as it is, if it is an oriented manifold; else repaired, if that is asked for, with each
+/// change said.
 /// @throws Failure naming the file, its first faults and the cure
 /// The vertices of an STL that are a rounding apart as one, said.
 void weld_read(const std::string& path, TriangleSoup& soup, const Session& session);
@@ -57,10 +61,11 @@ TriMesh manifold_of(const std::string& path, const TriangleSoup& soup);
 Background load_background(const std::string& path, const PatchModel& model);
 /// Of FileKind::SizedMesh. By extension.
 bool holds_mesh(const std::string& size_map);
-/// Sizes on the vertices of a mesh, in the format of the extension: .sol .solb, .pos and .msh as Gmsh takes them for a background, .vtu with a
-/// point field `size`, .ply with the same and colours.
+/// Sizes on the vertices of a mesh, in the format of the extension: .sol .solb, .pos and .msh as Gmsh takes them for a
+/// background, .vtu with a point field `size`, .ply with the same and colours.
 void write_size_map(const std::string& path, const TriangleSoup& soup, const std::vector<double>& sizes);
-/// @throws Failure naming a file to be written if its format cannot hold the mesh: single precision would turn or flatten triangles
+/// @throws Failure naming a file to be written if its format cannot hold the mesh: single precision would turn or
+/// flatten triangles
 void check_holds(const std::string& path, std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles);
 /// @throws Failure naming the size map if grading it has left vertices without a size
 void require_reached(const std::string& size_map, std::span<const double> graded);

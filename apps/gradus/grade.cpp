@@ -23,11 +23,12 @@ struct Proof {
     std::optional<std::string> fault;
 };
 
-Proof prove(const TriMesh& mesh, const GradationOptions& options, std::span<const double> input, std::span<const double> sizes,
-            const GradationResult& result) {
+Proof prove(const TriMesh& mesh, const GradationOptions& options, std::span<const double> input,
+            std::span<const double> sizes, const GradationResult& result) {
     if (options.method != GradationMethod::Exact || (options.shock && options.variation)) return {};
-    return {true, options.shock ? check_shock_certificate(mesh, *options.shock, input, sizes, result.certificate)
-                                : check_variation_certificate(mesh, *options.variation, input, sizes, result.certificate)};
+    return {true, options.shock
+                      ? check_shock_certificate(mesh, *options.shock, input, sizes, result.certificate)
+                      : check_variation_certificate(mesh, *options.variation, input, sizes, result.certificate)};
 }
 
 std::string proof_line(const Proof& proof) {
@@ -49,8 +50,8 @@ int run_grade(const Options& options) {
     const Proof proof = stages.run("proof", [&] { return prove(mesh, gradation, input, sizes, result); });
     write_size_map(options.out, soup, sizes);
 
-    options.session.say(
-        fmt::format("{}: {} vertices, {} triangles\n", options.mesh, grouped(soup.points.size()), grouped(soup.triangles.size())));
+    options.session.say(fmt::format("{}: {} vertices, {} triangles\n", options.mesh, grouped(soup.points.size()),
+                                    grouped(soup.triangles.size())));
     options.session.say(text_of(gradation, result, sizes.size()) + proof_line(proof));
     options.session.say(fmt::format("wrote {}\n", options.out));
     Json json = json_of(gradation, result);
@@ -67,10 +68,14 @@ int run_grade(const Options& options) {
 void add_grade(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("grade", "Bound how fast the sizes on a mesh change");
     const auto options = std::make_shared<Options>();
-    command.add_option("BG", options->mesh, "Triangle mesh that carries the sizes: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp .poly")
+    command
+        .add_option("BG", options->mesh,
+                    "Triangle mesh that carries the sizes: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp .poly")
         ->required();
     command.add_option("--size", options->sizes, "One size per vertex of BG")->required()->type_name("MAP.sol");
-    command.add_option("-o,--output", options->out, "Graded sizes; may be MAP.sol itself; .pos or .msh for Gmsh, .vtu, .ply with colours")
+    command
+        .add_option("-o,--output", options->out,
+                    "Graded sizes; may be MAP.sol itself; .pos or .msh for Gmsh, .vtu, .ply with colours")
         ->required()
         ->type_name("OUT.sol");
     add_gradation(command, options->gradation, GradationNeeded::Yes);

@@ -40,11 +40,16 @@ struct Extent {
     std::string text() const {
         // As many digits as tell the ends apart far from the origin too.
         const double largest = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
-        const int digits = 6 + (diagonal() > 0 ? static_cast<int>(std::clamp(std::log10(largest / diagonal()), 0.0, 11.0)) : 0);
-        return fmt::format("from {:.{}g} {:.{}g} {:.{}g} to {:.{}g} {:.{}g} {:.{}g}, diagonal {:.6g}", low.x(), digits, low.y(), digits, low.z(), digits,
-                           high.x(), digits, high.y(), digits, high.z(), digits, diagonal());
+        const int digits =
+            6 + (diagonal() > 0 ? static_cast<int>(std::clamp(std::log10(largest / diagonal()), 0.0, 11.0)) : 0);
+        return fmt::format("from {:.{}g} {:.{}g} {:.{}g} to {:.{}g} {:.{}g} {:.{}g}, diagonal {:.6g}", low.x(), digits,
+                           low.y(), digits, low.z(), digits, high.x(), digits, high.y(), digits, high.z(), digits,
+                           diagonal());
     }
-    Json json() const { return {{"low", {low.x(), low.y(), low.z()}}, {"high", {high.x(), high.y(), high.z()}}, {"diagonal", diagonal()}}; }
+    Json json() const {
+        return {
+            {"low", {low.x(), low.y(), low.z()}}, {"high", {high.x(), high.y(), high.z()}}, {"diagonal", diagonal()}};
+    }
 };
 
 constexpr double kSliver = 0.001;  // area-length of triangles that may hold gaps
@@ -73,7 +78,8 @@ Samples sample(const PatchModel& model) {
         std::vector<Eigen::Vector2d> uv;
         for (int j = 0; j <= Samples::kIntervals; ++j)
             for (int i = 0; i <= Samples::kIntervals; ++i)
-                uv.push_back(domain.min + (domain.max - domain.min).cwiseProduct(Eigen::Vector2d(i, j) / Samples::kIntervals));
+                uv.push_back(domain.min +
+                             (domain.max - domain.min).cwiseProduct(Eigen::Vector2d(i, j) / Samples::kIntervals));
         std::vector<double> radii(uv.size());
         minimal_radii(model.patch(p), uv, radii);
         for (std::size_t i = 0; i < uv.size(); ++i) {
@@ -119,7 +125,8 @@ int info_of_patches(const Options& options) {
         seams += curve.uses.size() == 2 && curve.uses[0].patch == curve.uses[1].patch;
     }
     for (int p = 0; p < model.num_patches(); ++p) flipped += model.flipped(p);
-    const auto poles = std::count_if(model.vertices().begin(), model.vertices().end(), [](const ModelVertex& v) { return v.pole; });
+    const auto poles =
+        std::count_if(model.vertices().begin(), model.vertices().end(), [](const ModelVertex& v) { return v.pole; });
     const int loops = boundary_loops(model);
     const Samples samples = sample(model);
     const std::vector<TJunction> junctions = find_t_junctions(model);
@@ -132,20 +139,24 @@ int info_of_patches(const Options& options) {
         list += fmt::format("{}{} of degree {} x {}", list.empty() ? "" : ", ", count, degree[0], degree[1]);
         degree_json.push_back({{"degree", degree}, {"patches", count}});
     }
-    text += fmt::format("patches: {}{}; {} turned to agree with their neighbours\n", list, rational ? ", some rational" : "", flipped);
-    text += fmt::format("curves: {} smooth, {} creases, {} boundary in {} loops, {} at poles, {} of them seams; {} pole{}\n",
-                        kinds[CurveKind::Smooth], kinds[CurveKind::Crease], kinds[CurveKind::Boundary], loops, kinds[CurveKind::Pole],
-                        seams, poles, poles == 1 ? "" : "s");
+    text += fmt::format("patches: {}{}; {} turned to agree with their neighbours\n", list,
+                        rational ? ", some rational" : "", flipped);
+    text += fmt::format(
+        "curves: {} smooth, {} creases, {} boundary in {} loops, {} at poles, {} of them seams; {} pole{}\n",
+        kinds[CurveKind::Smooth], kinds[CurveKind::Crease], kinds[CurveKind::Boundary], loops, kinds[CurveKind::Pole],
+        seams, poles, poles == 1 ? "" : "s");
     text += fmt::format("extent: {}\n", samples.extent.text());
     const Eigen::Vector3d tip = samples.at.patch >= 0 ? model.position(samples.at) : Eigen::Vector3d::Zero().eval();
-    if (samples.at.patch < 0) text += "curvature: none, all patches are flat\n";
+    if (samples.at.patch < 0)
+        text += "curvature: none, all patches are flat\n";
     else
-        text += fmt::format("smallest radius of curvature seen: {:.4g}, on patch {} at {:.4g} {:.4g} {:.4g}\n", samples.radius,
-                            samples.at.patch + 1, tip.x(), tip.y(), tip.z());
+        text += fmt::format("smallest radius of curvature seen: {:.4g}, on patch {} at {:.4g} {:.4g} {:.4g}\n",
+                            samples.radius, samples.at.patch + 1, tip.x(), tip.y(), tip.z());
     std::vector<std::string> found;
     for (const TJunction& t : junctions) {
         const Eigen::Vector3d& p = model.vertices()[t.vertex].point;
-        found.push_back(fmt::format("T-junction at {:g} {:g} {:g}: the patches along that curve must be split there", p.x(), p.y(), p.z()));
+        found.push_back(fmt::format("T-junction at {:g} {:g} {:g}: the patches along that curve must be split there",
+                                    p.x(), p.y(), p.z()));
     }
     options.session.say(text + faults(found));
     print(options.session, {{"kind", "patches"},
@@ -179,9 +190,8 @@ struct MeshInfo {
 
 std::string describe(const SelfContacts& contacts) {
     if (contacts.pairs.empty() && contacts.complete) return "";
-    std::string text =
-        fmt::format("{}{} pairs of triangles that touch or intersect beyond what they share:", contacts.complete ? "" : "at least ",
-                    grouped(contacts.pairs.count));
+    std::string text = fmt::format("{}{} pairs of triangles that touch or intersect beyond what they share:",
+                                   contacts.complete ? "" : "at least ", grouped(contacts.pairs.count));
     constexpr std::size_t kNamed = 5;
     for (std::size_t i = 0; i < std::min(kNamed, contacts.pairs.first.size()); ++i)
         text += fmt::format(" {}-{}", contacts.pairs.first[i][0], contacts.pairs.first[i][1]);
@@ -192,7 +202,8 @@ std::string describe(const SelfContacts& contacts) {
 double volume_of(const TriangleSoup& soup) {
     double six = 0;
     const Eigen::Vector3d& origin = soup.points[soup.triangles[0][0]];
-    for (const Triangle& t : soup.triangles) six += (soup.points[t[0]] - origin).dot((soup.points[t[1]] - origin).cross(soup.points[t[2]] - origin));
+    for (const Triangle& t : soup.triangles)
+        six += (soup.points[t[0]] - origin).dot((soup.points[t[1]] - origin).cross(soup.points[t[2]] - origin));
     return six / 6;
 }
 
@@ -203,7 +214,8 @@ std::string verdict(const TriangleSoup& soup, const Diagnosis& diagnosis, const 
     const Cracks cracks = diagnosis.closed ? Cracks{} : find_cracks(soup);
     const bool touches = !contacts.pairs.empty() || !contacts.complete;
     const bool is_clean = is_clean_manifold(diagnosis) && cracks.empty() && !touches;
-    if (is_clean && diagnosis.closed && volume_of(soup) < 0) return "usable, but inside out: its triangles face inwards\n";
+    if (is_clean && diagnosis.closed && volume_of(soup) < 0)
+        return "usable, but inside out: its triangles face inwards\n";
     if (is_clean && worst > kSliver) return faults({});
     const Repaired mended = repair(soup, default_repair(soup));
     if (is_clean && mended.steps.empty()) return faults({});
@@ -211,7 +223,9 @@ std::string verdict(const TriangleSoup& soup, const Diagnosis& diagnosis, const 
     if (!cracks.empty()) text += " " + text_of(cracks) + ";";
     if (touches) {
         const bool is_cured = !mended.steps.empty() && find_self_contacts(mended.soup).pairs.empty();
-        text += is_cured ? " its triangles touch or intersect;" : " its triangles touch or intersect: mend that where it was made, a mesh of it does the same;";
+        text += is_cured
+                    ? " its triangles touch or intersect;"
+                    : " its triangles touch or intersect: mend that where it was made, a mesh of it does the same;";
     }
     if (mended.soup.triangles.empty()) return "NOT usable: no triangle has an area\n";
     if (!mended.steps.empty()) {
@@ -234,12 +248,14 @@ MeshInfo describe(const std::string& name, const MeshData& data) {
     if (!soup.points.empty()) text += "extent: " + extent.text() + "\n";
     std::vector<std::string> extras;
     if (!labels.empty()) extras.push_back(fmt::format("{} labels", labels.size()));
-    if (!soup.parameters.empty()) extras.push_back(fmt::format("{} places on patches", grouped(soup.parameters.size())));
+    if (!soup.parameters.empty())
+        extras.push_back(fmt::format("{} places on patches", grouped(soup.parameters.size())));
     if (!soup.edges.empty()) extras.push_back(fmt::format("{} feature edges", grouped(soup.edges.size())));
     if (!soup.corners.empty()) extras.push_back(fmt::format("{} corners", grouped(soup.corners.size())));
     if (!soup.required.empty())
-        extras.push_back(fmt::format("{} vertices, {} edges and {} triangles required", grouped(soup.required.vertices.size()),
-                                     grouped(soup.required.edges.size()), grouped(soup.required.triangles.size())));
+        extras.push_back(fmt::format("{} vertices, {} edges and {} triangles required",
+                                     grouped(soup.required.vertices.size()), grouped(soup.required.edges.size()),
+                                     grouped(soup.required.triangles.size())));
     if (!extras.empty()) text += fmt::format("with {}\n", fmt::join(extras, ", "));
     if (!data.point_fields.empty()) text += "fields on points: " + names_of(data.point_fields) + "\n";
     if (!data.cell_fields.empty()) text += "fields on triangles: " + names_of(data.cell_fields) + "\n";
@@ -249,8 +265,8 @@ MeshInfo describe(const std::string& name, const MeshData& data) {
     const Summary lengths = summarise(edge_lengths(view, edges));
     const ShapeReport shape = measure_shape(view, edges);
     if (lengths.count > 0)
-        text += fmt::format("edges from {:.4g} to {:.4g}, median {:.4g}; area-length worst {:.3f}, mean {:.3f}\n", lengths.min, lengths.max,
-                            lengths.median, shape.area_length.min, shape.area_length.mean);
+        text += fmt::format("edges from {:.4g} to {:.4g}, median {:.4g}; area-length worst {:.3f}, mean {:.3f}\n",
+                            lengths.min, lengths.max, lengths.median, shape.area_length.min, shape.area_length.mean);
     const SelfContacts contacts = find_self_contacts(soup);
     text += describe(contacts);
     text += verdict(soup, diagnosis, contacts, shape.area_length.min);
@@ -281,7 +297,8 @@ MeshInfo describe(const std::string& name, const MeshData& data) {
              {"extent", extent.json()},
              {"edge_length", {{"min", lengths.min}, {"median", lengths.median}, {"max", lengths.max}}},
              {"area_length", {{"min", shape.area_length.min}, {"mean", shape.area_length.mean}}},
-             {"self_contacts", {{"count", contacts.pairs.count}, {"complete", contacts.complete}, {"first", contacts.pairs.first}}},
+             {"self_contacts",
+              {{"count", contacts.pairs.count}, {"complete", contacts.complete}, {"first", contacts.pairs.first}}},
              {"manifold", is_manifold(diagnosis)},
              {"sound", is_clean_manifold(diagnosis)}}};
 }
@@ -293,9 +310,11 @@ int info_of_mesh(const Options& options) {
     MeshInfo info = describe(options.file, data);
     options.session.say(info.text);
     if (options.repair) {
-        const RepairOptions weld = options.weld ? RepairOptions{.weld_tolerance = *options.weld} : default_repair(data.soup);
+        const RepairOptions weld =
+            options.weld ? RepairOptions{.weld_tolerance = *options.weld} : default_repair(data.soup);
         if (weld.weld_tolerance > 0 && weld.only_open)
-            options.session.say(fmt::format("vertices at open edges within {:.3g} of the diagonal are taken for one\n", weld.weld_tolerance));
+            options.session.say(fmt::format("vertices at open edges within {:.3g} of the diagonal are taken for one\n",
+                                            weld.weld_tolerance));
         const Repaired repaired = repair(data.soup, weld);
         const MeshData result{repaired.soup, follow(data.point_fields, repaired.point_source),
                               follow(data.cell_fields, repaired.triangle_source)};
@@ -306,10 +325,13 @@ int info_of_mesh(const Options& options) {
             if (result.soup.triangles.empty()) throw Failure(options.file + ": nothing is left to write");
             const bool fields = !result.point_fields.empty() || !result.cell_fields.empty();
             check_holds(options.out, result.soup.points, result.soup.triangles);
-            if (holds_fields(options.out)) write_mesh_data(options.out, result);
-            else write_mesh(options.out, result.soup);
-            options.session.say("wrote " + options.out +
-                                (fields && !holds_fields(options.out) ? " without the fields; .msh .ply .vtu can hold them\n" : "\n"));
+            if (holds_fields(options.out))
+                write_mesh_data(options.out, result);
+            else
+                write_mesh(options.out, result.soup);
+            options.session.say(
+                "wrote " + options.out +
+                (fields && !holds_fields(options.out) ? " without the fields; .msh .ply .vtu can hold them\n" : "\n"));
         }
     }
     print(options.session, info.json);
@@ -336,8 +358,12 @@ int info_of_sizes(const Options& options) {
     options.session.say(fmt::format("{}: {} sizes", options.file, grouped(sizes.size())));
     if (s.count > 0) options.session.say(fmt::format(" from {:.4g} to {:.4g}, median {:.4g}", s.min, s.max, s.median));
     options.session.say(unset > 0 ? fmt::format("; {} not set\n", grouped(static_cast<long long>(unset))) : "\n");
-    print(options.session,
-          {{"kind", "sizes"}, {"count", sizes.size()}, {"unset", unset}, {"min", s.min}, {"median", s.median}, {"max", s.max}});
+    print(options.session, {{"kind", "sizes"},
+                            {"count", sizes.size()},
+                            {"unset", unset},
+                            {"min", s.min},
+                            {"median", s.median},
+                            {"max", s.max}});
     return kMet;
 }
 
@@ -345,8 +371,10 @@ int run_info(const Options& options) {
     if (options.repair && kind_of(options.file) != FileKind::Mesh)
         throw UsageError("--repair is for triangle meshes, not for " + options.file);
     if (!options.repair && (!options.out.empty() || options.weld))
-        throw UsageError(std::string(options.out.empty() ? "--weld" : "--output") + " is for what is repaired; give --repair too");
-    if (options.weld && !(*options.weld >= 0 && *options.weld <= 0.1)) throw UsageError(fmt::format("--weld {}: must be from 0 to 0.1", *options.weld));
+        throw UsageError(std::string(options.out.empty() ? "--weld" : "--output") +
+                         " is for what is repaired; give --repair too");
+    if (options.weld && !(*options.weld >= 0 && *options.weld <= 0.1))
+        throw UsageError(fmt::format("--weld {}: must be from 0 to 0.1", *options.weld));
     switch (kind_of(options.file)) {
         case FileKind::Patches:
             return info_of_patches(options);
@@ -372,7 +400,9 @@ void add_info(CLI::App& app, Run& run) {
     const auto options = std::make_shared<Options>();
     command.add_option("FILE", options->file, "Bezier patches, a triangle mesh or a size map")->required();
     command.add_flag("--repair", options->repair, "Make an oriented manifold of a triangle mesh, and say what changes");
-    command.add_option("--weld", options->weld, "With --repair: weld vertices this close, as a fraction of the diagonal (default: those at open edges, far below the edges)");
+    command.add_option("--weld", options->weld,
+                       "With --repair: weld vertices this close, as a fraction of the diagonal (default: those at open "
+                       "edges, far below the edges)");
     command.add_option("-o,--output", options->out, "With --repair: the mesh to write")->type_name("OUT");
     add_session(command, options->session);
     run_with(command, run, options, run_info);

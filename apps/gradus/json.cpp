@@ -34,7 +34,8 @@ Json json_of(const SizingRule& rule) {
     for (const SizingRule::At& point : rule.at)
         at.push_back({{"point", {point.point.x(), point.point.y(), point.point.z()}}, {"size", point.size}});
     Json regions = Json::array();
-    for (const SizingRule::Region& region : rule.regions) regions.push_back({{"label", region.label}, {"size", region.size}});
+    for (const SizingRule::Region& region : rule.regions)
+        regions.push_back({{"label", region.label}, {"size", region.size}});
     return {{"rule", name_of(rule.kind)},
             {"value", rule.value},
             {"hmin", rule.hmin},
@@ -77,7 +78,9 @@ Json json_of(const MeshReport& report) { return Json::parse(to_json(report, -1))
 Json json_of(const OffenderReport& report) { return Json::parse(to_json(report, -1)); }
 
 Json json_of(const RequiredElements& required) {
-    return {{"vertices", required.vertices.size()}, {"edges", required.edges.size()}, {"triangles", required.triangles.size()}};
+    return {{"vertices", required.vertices.size()},
+            {"edges", required.edges.size()},
+            {"triangles", required.triangles.size()}};
 }
 
 Json json_of(const std::vector<StageTime>& stages) {

@@ -14,15 +14,16 @@ class Formatter : public CLI::Formatter {
   public:
     std::string make_option_opts(const CLI::Option* option) const override {
         const std::string type = option->get_positional() ? "" : option->get_type_name();
-        return (type.empty() ? "" : " " + type) + (option->get_required() && !option->get_positional() ? " (required)" : "");
+        return (type.empty() ? "" : " " + type) +
+               (option->get_required() && !option->get_positional() ? " (required)" : "");
     }
 };
 
 /// Errors of the command line in one line, in the words of the parser.
 [[noreturn]] void fail_usage(const CLI::App& app, const CLI::ParseError& error) {
     const auto named = app.get_subcommands();
-    throw gradus::app::UsageError(std::string(error.what()) + "; see gradus " + (named.empty() ? "" : named.front()->get_name() + " ") +
-                                  "--help");
+    throw gradus::app::UsageError(std::string(error.what()) + "; see gradus " +
+                                  (named.empty() ? "" : named.front()->get_name() + " ") + "--help");
 }
 
 }  // namespace
@@ -31,13 +32,16 @@ int main(int argc, char** argv) {
     using namespace gradus::app;
     std::signal(SIGPIPE, SIG_DFL);
 #ifdef __GLIBC__
-    // Memory that a stage gives back serves the next one, instead of going to the system and coming back zeroed; but not the large arrays
-    // of models with millions of triangles, between which others would leave gaps that none fits into.
+    // Memory that a stage gives back serves the next one, instead of going to the system and coming back zeroed; but
+    // not the large arrays of models with millions of triangles, between which others would leave gaps that none fits
+    // into.
     mallopt(M_MMAP_THRESHOLD, 1 << 25);
     mallopt(M_TRIM_THRESHOLD, 1 << 27);
 #endif
     return guarded([&] {
-        CLI::App app{"Surface mesh gradation: sizes from curvature, how fast they may change, and the mesh that follows", "gradus"};
+        CLI::App app{
+            "Surface mesh gradation: sizes from curvature, how fast they may change, and the mesh that follows",
+            "gradus"};
         app.require_subcommand(1);
         // So that a script's options can be replaced by those that follow.
         app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
@@ -53,7 +57,9 @@ int main(int argc, char** argv) {
         add_info(app, run);
         // An unset variable of a script.
         for (int i = 1; i < argc; ++i)
-            if (argv[i][0] == '\0') throw UsageError(std::string("an argument is empty") + (i > 1 ? std::string(", after ") + argv[i - 1] : ""));
+            if (argv[i][0] == '\0')
+                throw UsageError(std::string("an argument is empty") +
+                                 (i > 1 ? std::string(", after ") + argv[i - 1] : ""));
         try {
             app.parse(argc, argv);
         } catch (const CLI::Success& help) {

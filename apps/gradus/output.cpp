@@ -15,21 +15,24 @@ namespace {
 
 std::vector<double> qualities_of(const SurfaceMesh& mesh) {
     std::vector<double> quality;
-    for (const Triangle& t : mesh.triangles) quality.push_back(area_length(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]));
+    for (const Triangle& t : mesh.triangles)
+        quality.push_back(area_length(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]));
     return quality;
 }
 
 void write_fields(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh) {
-    const std::vector<double> shock = vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes), quality = qualities_of(mesh);
+    const std::vector<double> shock = vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes),
+                              quality = qualities_of(mesh);
     std::vector<double> radius, curvature, patch(mesh.patches.begin(), mesh.patches.end());
     for (const SurfacePoint& at : mesh.places) {
         radius.push_back(minimal_radius(model.patch(at.patch), at.uv));
         curvature.push_back(1 / radius.back());
     }
     for (double& p : patch) ++p;
-    write_vtu(path, mesh.points, mesh.triangles,
-              {{"size", 1, mesh.sizes}, {"shock", 1, shock}, {"minimal_radius", 1, radius}, {"curvature", 1, curvature}},
-              {{"quality", 1, quality}, {"patch", 1, patch}});
+    write_vtu(
+        path, mesh.points, mesh.triangles,
+        {{"size", 1, mesh.sizes}, {"shock", 1, shock}, {"minimal_radius", 1, radius}, {"curvature", 1, curvature}},
+        {{"quality", 1, quality}, {"patch", 1, patch}});
 }
 
 }  // namespace
@@ -39,13 +42,16 @@ TriangleSoup soup_of(const SurfaceMesh& mesh) {
     soup.points = mesh.points;
     soup.triangles = mesh.triangles;
     for (const int patch : mesh.patches) soup.labels.push_back(patch + 1);
-    for (std::size_t v = 0; v < mesh.places.size(); ++v) soup.parameters.push_back({static_cast<int>(v), mesh.places[v]});
+    for (std::size_t v = 0; v < mesh.places.size(); ++v)
+        soup.parameters.push_back({static_cast<int>(v), mesh.places[v]});
     soup.edges = mesh.features;
     return soup;
 }
 
-void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh, std::span<const int> labels) {
-    if (extension_of(path) == ".vtu") write_fields(path, model, mesh);
+void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh,
+                        std::span<const int> labels) {
+    if (extension_of(path) == ".vtu")
+        write_fields(path, model, mesh);
     else {
         TriangleSoup soup = soup_of(mesh);
         if (!labels.empty()) {
@@ -57,14 +63,15 @@ void write_surface_mesh(const std::string& path, const PatchModel& model, const 
     }
 }
 
-void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool labelled, const std::vector<Field>& point_fields,
-                        const std::vector<Field>& cell_fields) {
+void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool labelled,
+                        const std::vector<Field>& point_fields, const std::vector<Field>& cell_fields) {
     MeshData data{{mesh.points, mesh.triangles}};
     data.soup.dimension = mesh.dimension;
     if (labelled) data.soup.labels = mesh.patches;
     const bool with_own = extension_of(path) == ".vtu";
     if (with_own) {
-        data.point_fields = {{"size", 1, mesh.sizes}, {"shock", 1, vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes)}};
+        data.point_fields = {{"size", 1, mesh.sizes},
+                             {"shock", 1, vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes)}};
         data.cell_fields = {{"quality", 1, qualities_of(mesh)}};
     } else {
         data.soup.edges = mesh.features;
@@ -95,7 +102,8 @@ MeshReport measure_surface_mesh(const PatchModel& model, const SurfaceMesh& mesh
 
 OffenderReport offenders_of(const SurfaceMesh& mesh) {
     const KnownFeatures features{.edges = mesh.features};
-    return find_offenders({mesh.points, mesh.triangles}, {.sizes = mesh.sizes, .features = &features, .required = &mesh.required});
+    return find_offenders({mesh.points, mesh.triangles},
+                          {.sizes = mesh.sizes, .features = &features, .required = &mesh.required});
 }
 
 Shape shape_of(const SurfaceMesh& mesh) {

@@ -18,7 +18,12 @@ std::vector<std::string> low_row(const std::string& name, const Summary& s) {
 }
 
 std::vector<std::string> high_row(const std::string& name, const Summary& s, double scale = 1) {
-    return {name, number(scale * s.median), number(scale * s.mean), number(scale * s.p99), number(scale * s.p999), number(scale * s.max)};
+    return {name,
+            number(scale * s.median),
+            number(scale * s.mean),
+            number(scale * s.p99),
+            number(scale * s.p999),
+            number(scale * s.max)};
 }
 
 void add_checks(HtmlReport& page, const MeshReport& report) {
@@ -29,18 +34,21 @@ void add_checks(HtmlReport& page, const MeshReport& report) {
         {"area-length, worst", number(report.shape.area_length.min), {}, {}, report.shape.area_length.min},
         {"area-length, mean", number(report.shape.area_length.mean), {}, {}, report.shape.area_length.mean}};
     if (report.edges)
-        checks.push_back(
-            {"edges within [0.71, 1.41] in the size map", percent(report.edges->unit_share), {}, {}, report.edges->unit_share});
+        checks.push_back({"edges within [0.71, 1.41] in the size map",
+                          percent(report.edges->unit_share),
+                          {},
+                          {},
+                          report.edges->unit_share});
     if (report.normals)
-        checks.push_back(
-            {"triangles at more than 60 degrees to the surface", grouped(report.normals->over_60), "none", report.normals->over_60 == 0});
+        checks.push_back({"triangles at more than 60 degrees to the surface", grouped(report.normals->over_60), "none",
+                          report.normals->over_60 == 0});
     if (report.reference) {
         const HausdorffReport& h = report.reference->hausdorff;
         checks.push_back({"Hausdorff distance to the reference, at most", number(h.bound())});
         checks.push_back({"the same, of the diagonal of the reference", number(h.relative_bound())});
         for (const TopologyComparison& c : compare(t, report.reference->topology))
-            checks.push_back({c.name + std::string(" of the reference: ") + (c.same() ? "same" : "differs"), whole(c.mesh),
-                              whole(c.reference), c.same()});
+            checks.push_back({c.name + std::string(" of the reference: ") + (c.same() ? "same" : "differs"),
+                              whole(c.mesh), whole(c.reference), c.same()});
     }
     page.checks(checks);
 }
@@ -59,21 +67,29 @@ void add_hausdorff(HtmlReport& page, const HausdorffReport& h) {
 void add_offenders(HtmlReport& page, const OffenderReport& o) {
     constexpr std::size_t kListed = 100;
     const auto row = [](const std::string& name, const Shortfall& all, const Shortfall& unexplained) {
-        return std::vector<std::string>{name, grouped(all.count), all.count > 0 ? number(all.worst) : "", grouped(unexplained.count)};
+        return std::vector<std::string>{name, grouped(all.count), all.count > 0 ? number(all.worst) : "",
+                                        grouped(unexplained.count)};
     };
     page.table({"elements short of the limits", "count", "worst", "without a cause"},
-               {row(fmt::format("area-length below {:g}", o.limits.quality), o.quality, o.unexplained_quality), row(fmt::format("angle below {:g} degrees", o.limits.angle), o.angle, o.unexplained_angle),
-                row(fmt::format("edges at a vertex, ratio above {:g}", o.limits.edge_ratio), o.edge_ratio, o.unexplained_edge_ratio)},
+               {row(fmt::format("area-length below {:g}", o.limits.quality), o.quality, o.unexplained_quality),
+                row(fmt::format("angle below {:g} degrees", o.limits.angle), o.angle, o.unexplained_angle),
+                row(fmt::format("edges at a vertex, ratio above {:g}", o.limits.edge_ratio), o.edge_ratio,
+                    o.unexplained_edge_ratio)},
                o.features_known ? "" : "causes are not known, as the mesh is no oriented manifold");
     if (o.groups.empty()) return;
     std::vector<std::vector<std::string>> rows;
-    const auto cell = [](const Shortfall& s) { return s.count == 0 ? "" : s.count == 1 ? number(s.worst) : fmt::format("{} ({})", number(s.worst), s.count); };
+    const auto cell = [](const Shortfall& s) {
+        return s.count == 0 ? "" : s.count == 1 ? number(s.worst) : fmt::format("{} ({})", number(s.worst), s.count);
+    };
     for (std::size_t i = 0; i < std::min(kListed, o.groups.size()); ++i) {
         const OffenderGroup& g = o.groups[i];
-        rows.push_back({to_text(g.cause), number(g.point.x()), number(g.point.y()), number(g.point.z()), cell(g.quality), cell(g.angle), cell(g.edge_ratio)});
+        rows.push_back({to_text(g.cause), number(g.point.x()), number(g.point.y()), number(g.point.z()),
+                        cell(g.quality), cell(g.angle), cell(g.edge_ratio)});
     }
     page.table({"cause", "at x", "y", "z", "area-length", "angle", "edge ratio"}, rows,
-               o.num_groups > rows.size() ? fmt::format("the worst of {} places", grouped(o.num_groups)) : "the worst value at each place, with the number of elements where there are several");
+               o.num_groups > rows.size()
+                   ? fmt::format("the worst of {} places", grouped(o.num_groups))
+                   : "the worst value at each place, with the number of elements where there are several");
 }
 
 }  // namespace
@@ -87,14 +103,15 @@ HistogramData chart_of(const Histogram& histogram) {
 
 void add_mesh(HtmlReport& page, const MeshReport& report) {
     const TopologyReport& t = report.topology;
-    page.text(fmt::format("{} triangles, {} vertices, {} edges; {} components, {} boundary loops, Euler characteristic {}{}.",
-                          grouped(t.triangles), grouped(t.vertices), grouped(t.edges), t.components, t.boundary_loops, t.euler,
-                          t.genus ? fmt::format(", genus {}", *t.genus) : ""));
+    page.text(
+        fmt::format("{} triangles, {} vertices, {} edges; {} components, {} boundary loops, Euler characteristic {}{}.",
+                    grouped(t.triangles), grouped(t.vertices), grouped(t.edges), t.components, t.boundary_loops,
+                    t.euler, t.genus ? fmt::format(", genus {}", *t.genus) : ""));
     add_checks(page, report);
     const ShapeReport& s = report.shape;
     page.table({"shape", "min", ".1 %", "1 %", "median", "mean"},
-               {low_row("area-length", s.area_length), low_row("inradius-edge", s.inradius_edge), low_row("radius ratio", s.radius_ratio),
-                low_row("smallest angle, degrees", s.smallest_angle)},
+               {low_row("area-length", s.area_length), low_row("inradius-edge", s.inradius_edge),
+                low_row("radius ratio", s.radius_ratio), low_row("smallest angle, degrees", s.smallest_angle)},
                "1 is equilateral, 0 degenerate");
     const RealisedGradation& g = report.gradation;
     std::vector<std::vector<std::string>> rows{high_row("largest angle, degrees", s.largest_angle),
@@ -120,25 +137,29 @@ void add_mesh(HtmlReport& page, const MeshReport& report) {
                        {.title = "Edge lengths in the size map", .x_label = "log2 of the metric length"});
 }
 
-void add_gradation(HtmlReport& page, const GradationOptions& options, const GradationResult& result, std::size_t vertices) {
+void add_gradation(HtmlReport& page, const GradationOptions& options, const GradationResult& result,
+                   std::size_t vertices) {
     const GradationReport &before = result.before, &after = result.after;
-    page.text(
-        fmt::format("{}: {} of {} vertices of the background lowered.", to_text(options), grouped(result.lowered), grouped(vertices)));
+    page.text(fmt::format("{}: {} of {} vertices of the background lowered.", to_text(options), grouped(result.lowered),
+                          grouped(vertices)));
     std::vector<HtmlReport::Check> checks;
     if (options.shock)
-        checks.push_back({"H-shock of the graded map", fmt::format("{:.6g}", after.shock_max), fmt::format("{:g}", *options.shock),
-                          after.shock_max <= *options.shock * (1 + 1e-9)});
+        checks.push_back({"H-shock of the graded map", fmt::format("{:.6g}", after.shock_max),
+                          fmt::format("{:g}", *options.shock), after.shock_max <= *options.shock * (1 + 1e-9)});
     if (options.variation)
         checks.push_back({"H-variation of the graded map", fmt::format("{:.6g}", after.variation_max),
-                          fmt::format("{:g}", *options.variation), after.variation_max <= *options.variation * (1 + 1e-9)});
+                          fmt::format("{:g}", *options.variation),
+                          after.variation_max <= *options.variation * (1 + 1e-9)});
     if (options.method == GradationMethod::Full)
-        checks.push_back({"gradient on triangles", fmt::format("{:.6g}", after.gradient_max), fmt::format("{:.6g}", result.gradient_bound),
+        checks.push_back({"gradient on triangles", fmt::format("{:.6g}", after.gradient_max),
+                          fmt::format("{:.6g}", result.gradient_bound),
                           after.gradient_max <= result.gradient_bound * (1 + 1e-6)});
     page.checks(checks);
-    page.table({"size map", "before", "after"}, {{"H-shock, largest", number(before.shock_max), number(after.shock_max)},
-                                                 {"H-shock, 99.9 %", number(before.shock_p999), number(after.shock_p999)},
-                                                 {"H-variation, largest", number(before.variation_max), number(after.variation_max)},
-                                                 {"gradient, largest", number(before.gradient_max), number(after.gradient_max)}});
+    page.table({"size map", "before", "after"},
+               {{"H-shock, largest", number(before.shock_max), number(after.shock_max)},
+                {"H-shock, 99.9 %", number(before.shock_p999), number(after.shock_p999)},
+                {"H-variation, largest", number(before.variation_max), number(after.variation_max)},
+                {"gradient, largest", number(before.gradient_max), number(after.gradient_max)}});
 }
 
 void add_stages(HtmlReport& page, const std::vector<StageTime>& stages) {

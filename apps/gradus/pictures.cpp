@@ -22,7 +22,8 @@ constexpr double kApart = 0.6;      // least distance of two enlarged places on 
 
 // What lies in a plane of constant z is seen from above.
 bool is_level(std::span<const Eigen::Vector3d> points) {
-    return std::all_of(points.begin(), points.end(), [&](const Eigen::Vector3d& p) { return p.z() == points.front().z(); });
+    return std::all_of(points.begin(), points.end(),
+                       [&](const Eigen::Vector3d& p) { return p.z() == points.front().z(); });
 }
 
 Camera usual_view(std::span<const Eigen::Vector3d> points) {
@@ -58,8 +59,9 @@ bool meets(const Eigen::Vector3d& from, const Eigen::Vector3d& way, const Eigen:
 }
 
 bool is_seen(const SurfaceMesh& mesh, const Eigen::Vector3d& from, const Eigen::Vector3d& way) {
-    return std::none_of(mesh.triangles.begin(), mesh.triangles.end(),
-                        [&](const Triangle& t) { return meets(from, way, mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]); });
+    return std::none_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+        return meets(from, way, mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+    });
 }
 
 struct Place {
@@ -67,8 +69,8 @@ struct Place {
     double ratio;  // of the largest and the smallest size around it
 };
 
-// The finest vertex of each cube of side `reach`, those first around which sizes differ most: by the ratio of sizes in the cube and its
-// neighbours, of the same part of the mesh.
+// The finest vertex of each cube of side `reach`, those first around which sizes differ most: by the ratio of sizes in
+// the cube and its neighbours, of the same part of the mesh.
 std::vector<Place> abrupt_places(const SurfaceMesh& mesh, double reach) {
     struct Cube {
         int finest = -1;
@@ -79,7 +81,8 @@ std::vector<Place> abrupt_places(const SurfaceMesh& mesh, double reach) {
     std::map<Key, Cube> cubes;
     for (std::size_t v = 0; v < mesh.points.size(); ++v) {
         const Eigen::Vector3d cell = (mesh.points[v] / reach).array().floor();
-        Cube& cube = cubes[{static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z()), part[v]}];
+        Cube& cube =
+            cubes[{static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z()), part[v]}];
         const double h = mesh.sizes[v];
         if (cube.finest < 0 || h < cube.low) cube.low = h, cube.finest = static_cast<int>(v);
         cube.high = std::max(cube.high, h);
@@ -94,14 +97,16 @@ std::vector<Place> abrupt_places(const SurfaceMesh& mesh, double reach) {
                         high = std::max(high, near->second.high);
         places.push_back({cube.finest, high / cube.low});
     }
-    std::sort(places.begin(), places.end(),
-              [](const Place& a, const Place& b) { return a.ratio != b.ratio ? a.ratio > b.ratio : a.vertex < b.vertex; });
+    std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+        return a.ratio != b.ratio ? a.ratio > b.ratio : a.vertex < b.vertex;
+    });
     return places;
 }
 
-// Looks along the normal, rather from above and from the side of the usual view; nothing if the place is hidden from everywhere.
-std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& normal,
-                                       double extent) {
+// Looks along the normal, rather from above and from the side of the usual view; nothing if the place is hidden from
+// everywhere.
+std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vector3d& place,
+                                       const Eigen::Vector3d& normal, double extent) {
     if (is_level(mesh.points)) return usual_view(mesh.points).direction;
     std::vector<Eigen::Vector3d> ways;
     for (const double height : {0.35, 0.8, 0.0, 1.6, -0.5})
@@ -119,9 +124,10 @@ std::optional<Eigen::Vector3d> view_of(const SurfaceMesh& mesh, const Eigen::Vec
     return std::nullopt;
 }
 
-// Where a view of that width is filled best: the place moved towards the middle of the surface around it that faces the eye, but kept
-// in the picture.
-Eigen::Vector3d filled_target(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& direction, double width) {
+// Where a view of that width is filled best: the place moved towards the middle of the surface around it that faces the
+// eye, but kept in the picture.
+Eigen::Vector3d filled_target(const SurfaceMesh& mesh, const Eigen::Vector3d& place, const Eigen::Vector3d& direction,
+                              double width) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double area = 0;
     for (const Triangle& t : mesh.triangles) {
@@ -151,8 +157,9 @@ std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
     std::vector<int> shown;
     while (static_cast<int>(cameras.size()) < count) {
         const auto near = [&](int v) {
-            return std::any_of(shown.begin(), shown.end(),
-                               [&](int w) { return part[w] == part[v] && (mesh.points[w] - mesh.points[v]).norm() < kApart * extent; });
+            return std::any_of(shown.begin(), shown.end(), [&](int w) {
+                return part[w] == part[v] && (mesh.points[w] - mesh.points[v]).norm() < kApart * extent;
+            });
         };
         // Of the most abrupt places the one that can best be seen from the usual side.
         int best = -1, looked_at = 0;
@@ -168,7 +175,10 @@ std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count) {
         }
         if (best < 0) break;
         shown.push_back(best);
-        cameras.push_back({.direction = direction, .up = usual_view(mesh.points).up, .target = filled_target(mesh, mesh.points[best], direction, kEnlarged * extent), .width = kEnlarged * extent});
+        cameras.push_back({.direction = direction,
+                           .up = usual_view(mesh.points).up,
+                           .target = filled_target(mesh, mesh.points[best], direction, kEnlarged * extent),
+                           .width = kEnlarged * extent});
     }
     return cameras;
 }
@@ -184,14 +194,19 @@ Image draw(const SizedTriangles& map, Quantity quantity, const std::optional<Ran
                             .scale = Scale::Logarithmic,
                             .range = range,
                             .title = quantity == Quantity::Size ? "size" : "H-shock"};
-    return render({.points = map.points, .triangles = map.triangles, .field = field}, usual_view(map.points), {.edge_width = 0});
+    return render({.points = map.points, .triangles = map.triangles, .field = field}, usual_view(map.points),
+                  {.edge_width = 0});
 }
 
 std::vector<Picture> pictures_of(const SurfaceMesh& mesh, const std::optional<DrawnMesh>& input) {
     std::vector<Picture> pictures;
-    if (input) pictures.push_back({"input", fmt::format("the input, {} triangles", input->triangles.size()), render(*input, usual_view(mesh.points))});
-    pictures.push_back({"mesh", fmt::format("{} triangles", mesh.triangles.size()), draw(mesh, usual_view(mesh.points))});
-    pictures.push_back({"size", "sizes asked for", draw(SizedTriangles{mesh.points, mesh.triangles, mesh.sizes}, Quantity::Size)});
+    if (input)
+        pictures.push_back({"input", fmt::format("the input, {} triangles", input->triangles.size()),
+                            render(*input, usual_view(mesh.points))});
+    pictures.push_back(
+        {"mesh", fmt::format("{} triangles", mesh.triangles.size()), draw(mesh, usual_view(mesh.points))});
+    pictures.push_back(
+        {"size", "sizes asked for", draw(SizedTriangles{mesh.points, mesh.triangles, mesh.sizes}, Quantity::Size)});
     int number = 0;
     for (const Camera& camera : enlargements(mesh, 2)) {
         const std::string index = std::to_string(++number);

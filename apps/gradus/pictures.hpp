@@ -17,8 +17,8 @@ struct Picture {
     Image image;
 };
 
-/// Cameras that look where the sizes of a mesh differ most over a short way, from where nothing stands before them; on different parts of
-/// the mesh, or far apart on one.
+/// Cameras that look where the sizes of a mesh differ most over a short way, from where nothing stands before them; on
+/// different parts of the mesh, or far apart on one.
 std::vector<Camera> enlargements(const SurfaceMesh& mesh, int count);
 
 /// The mesh, its feature edges heavy.
@@ -34,7 +34,8 @@ enum class Quantity { Size, Shock };
 /// Coloured by size, or by the H-shock of the sizes, on a logarithmic scale.
 Image draw(const SizedTriangles& map, Quantity quantity, const std::optional<Range>& range = {});
 
-/// Whole, sizes, two enlargements; with the input, where that is a triangulation, the same of it before: whole, and the enlargements.
+/// Whole, sizes, two enlargements; with the input, where that is a triangulation, the same of it before: whole, and the
+/// enlargements.
 std::vector<Picture> pictures_of(const SurfaceMesh& mesh, const std::optional<DrawnMesh>& input = {});
 
 }  // namespace gradus::app

@@ -32,8 +32,8 @@ struct Placing {
     std::size_t from_file = 0;
 };
 
-// Where parts of a surface run through each other the closest point may be on either: each connected part of the mesh keeps to the
-// component that most of its vertices are on, and strays are found again from a neighbour.
+// Where parts of a surface run through each other the closest point may be on either: each connected part of the mesh
+// keeps to the component that most of its vertices are on, and strays are found again from a neighbour.
 void keep_to_components(const PatchModel& model, const TriangleSoup& soup, std::vector<SurfacePoint>& places) {
     const std::vector<int> part = connected_parts(soup.points.size(), soup.triangles);
     std::map<int, std::map<int, int>> votes;  // of each part, for each component
@@ -41,7 +41,8 @@ void keep_to_components(const PatchModel& model, const TriangleSoup& soup, std::
         if (places[v].patch >= 0) ++votes[part[v]][model.component(places[v].patch)];
     const auto strays = [&](int v) {
         const auto& vote = votes[part[v]];
-        const auto winner = std::max_element(vote.begin(), vote.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+        const auto winner = std::max_element(vote.begin(), vote.end(),
+                                             [](const auto& a, const auto& b) { return a.second < b.second; });
         return winner != vote.end() && places[v].patch >= 0 && model.component(places[v].patch) != winner->first;
     };
     for (bool found = true; found;) {
@@ -58,15 +59,18 @@ void keep_to_components(const PatchModel& model, const TriangleSoup& soup, std::
 
 // Parameters of the file where they hold good, else the closest point.
 Placing place(const PatchModel& model, const TriangleSoup& soup) {
-    constexpr double kHolds = 1e-6;  // of the diagonal: a file of another surface, or of another numbering, is farther off
+    constexpr double kHolds =
+        1e-6;  // of the diagonal: a file of another surface, or of another numbering, is farther off
     Placing placing;
     placing.places.resize(soup.points.size());
     for (const TriangleSoup::Parameters& p : soup.parameters) {
         SurfacePoint& at = placing.places[p.vertex];
         if (at.patch >= 0 || p.at.patch < 0 || p.at.patch >= model.num_patches()) continue;
         const Domain domain = model.patch(p.at.patch).domain();
-        const bool inside = (p.at.uv.array() >= domain.min.array()).all() && (p.at.uv.array() <= domain.max.array()).all();
-        if (inside && (model.position(p.at) - soup.points[p.vertex]).norm() <= kHolds * model.diagonal()) at = p.at, ++placing.from_file;
+        const bool inside =
+            (p.at.uv.array() >= domain.min.array()).all() && (p.at.uv.array() <= domain.max.array()).all();
+        if (inside && (model.position(p.at) - soup.points[p.vertex]).norm() <= kHolds * model.diagonal())
+            at = p.at, ++placing.from_file;
     }
     std::vector<int> homeless;
     std::vector<Eigen::Vector3d> points;
@@ -113,7 +117,8 @@ void write_page(const Options& options, const MeshReport& report) {
 
 int run_report(const Options& options) {
     if (!options.out.empty()) check_output(options.out, {FileKind::Report});
-    if (!options.background.empty() && options.sizes.empty()) throw UsageError("--background needs --size, the sizes at its vertices");
+    if (!options.background.empty() && options.sizes.empty())
+        throw UsageError("--background needs --size, the sizes at its vertices");
     Stages stages(options.session);
     const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
     MeasureOptions measure_options;
@@ -122,17 +127,20 @@ int run_report(const Options& options) {
     TriangleSoup surface;
     std::optional<Reference> reference;
     check(options.cage);
-    if (options.cage.is_given() && options.reference.empty()) throw UsageError("--subdivision says how the reference is meant; give --reference too");
+    if (options.cage.is_given() && options.reference.empty())
+        throw UsageError("--subdivision says how the reference is meant; give --reference too");
     if (is_mesh(options.reference) && !options.cage.is_given()) {
         reference.emplace(stages.run("reference", [&] {
             surface = read_mesh(options.reference);
-            for (const auto& [path, read] : {std::pair{&options.mesh, &soup}, std::pair{&options.reference, &std::as_const(surface)}})
+            for (const auto& [path, read] :
+                 {std::pair{&options.mesh, &soup}, std::pair{&options.reference, &std::as_const(surface)}})
                 if (read->triangles.empty()) throw Failure(*path + ": holds no triangles");
             return Reference({surface.points, surface.triangles});
         }));
         measure_options.reference = &*reference;
     } else if (!options.reference.empty()) {
-        model.emplace(stages.run("reference", [&] { return std::move(load_model(options.reference, options.cage).model); }));
+        model.emplace(
+            stages.run("reference", [&] { return std::move(load_model(options.reference, options.cage).model); }));
         placing = stages.run("placing", [&] { return place(*model, soup); });
         measure_options.model = &*model;
         measure_options.places = placing.places;
@@ -158,8 +166,10 @@ int run_report(const Options& options) {
     report.stages = stages.times();
 
     if (!options.out.empty()) {
-        if (extension_of(options.out) == ".json") write(options.out, json_of(report));
-        else write_page(options, report);
+        if (extension_of(options.out) == ".json")
+            write(options.out, json_of(report));
+        else
+            write_page(options, report);
     }
     options.session.say(options.mesh + "\n" + to_text(report));
     if (model)
@@ -173,12 +183,18 @@ int run_report(const Options& options) {
 }  // namespace
 
 void add_report(CLI::App& app, Run& run) {
-    CLI::App& command = *app.add_subcommand("report", "Measure a mesh: shape, gradation, lengths in a size map, distance to a surface");
+    CLI::App& command =
+        *app.add_subcommand("report", "Measure a mesh: shape, gradation, lengths in a size map, distance to a surface");
     const auto options = std::make_shared<Options>();
-    command.add_option("MESH", options->mesh, "Triangle mesh: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp .poly")->required();
-    command.add_option("--reference", options->reference, "The surface it stands for: Bezier patches, or a triangle mesh")->type_name("IN");
+    command.add_option("MESH", options->mesh, "Triangle mesh: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp .poly")
+        ->required();
+    command
+        .add_option("--reference", options->reference, "The surface it stands for: Bezier patches, or a triangle mesh")
+        ->type_name("IN");
     command.add_option("--size", options->sizes, "Size map it was made for")->type_name("MAP.sol");
-    command.add_option("--background", options->background, "Background mesh of the size map (default: the .mesh beside MAP.sol)")
+    command
+        .add_option("--background", options->background,
+                    "Background mesh of the size map (default: the .mesh beside MAP.sol)")
         ->type_name("BG.mesh");
     command.add_option("-o,--output", options->out, "Write the report to a file as well")->type_name("R.html|R.json");
     add_cages(command, options->cage);

@@ -49,16 +49,20 @@ Stages::Running::Running(Stages& owner, const std::string& name) : stages(owner)
 
 Stages::Running::~Running() {
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    const auto same = std::find_if(stages.times_.begin(), stages.times_.end(), [&](const StageTime& time) { return time.name == stages.name_; });
-    if (same != stages.times_.end()) same->seconds += seconds;
-    else stages.times_.push_back({stages.name_, seconds});
+    const auto same = std::find_if(stages.times_.begin(), stages.times_.end(),
+                                   [&](const StageTime& time) { return time.name == stages.name_; });
+    if (same != stages.times_.end())
+        same->seconds += seconds;
+    else
+        stages.times_.push_back({stages.name_, seconds});
     if (stages.shows_) std::fputs("\r\033[K", stderr);
 }
 
 std::string grouped(long long number) {
     std::string digits = std::to_string(number);
     const int first = number < 0 ? 1 : 0;
-    for (int i = static_cast<int>(digits.size()) - 3; i > first; i -= 3) digits.insert(static_cast<std::size_t>(i), 1, ' ');
+    for (int i = static_cast<int>(digits.size()) - 3; i > first; i -= 3)
+        digits.insert(static_cast<std::size_t>(i), 1, ' ');
     return digits;
 }
 

@@ -8,20 +8,23 @@ namespace gradus::app {
 namespace {
 
 constexpr int kMostRefinements = 4;  // each halves the edges that need it; one or two are usual
-constexpr double kMargin = 0.9;      // of the metric length from which an edge is coarse: the graded sizes still go down a little
+constexpr double kMargin =
+    0.9;  // of the metric length from which an edge is coarse: the graded sizes still go down a little
 
 }  // namespace
 
 SizedBackground background_for(const PatchModel& model, const SizingRule& rule, Stages& stages, int max_triangles) {
     return stages.run("background", [&] {
-        SizedBackground sized = make_background(model, rule, {.max_triangles = max_triangles, .max_unit_triangles = static_cast<double>(max_triangles)});
-        if (!sized.resolved) throw std::length_error("the background mesh needs more than " + grouped(max_triangles) + " triangles");
+        SizedBackground sized = make_background(
+            model, rule, {.max_triangles = max_triangles, .max_unit_triangles = static_cast<double>(max_triangles)});
+        if (!sized.resolved)
+            throw std::length_error("the background mesh needs more than " + grouped(max_triangles) + " triangles");
         return sized;
     });
 }
 
-GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const GradationOptions& gradation, SizedBackground& sized,
-                         Stages& stages) {
+GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const GradationOptions& gradation,
+                         SizedBackground& sized, Stages& stages) {
     return stages.run("gradation", [&] {
         GradedMap map{sized.sizes, {}};
         map.result = grade(sized.background.mesh, map.sizes, gradation);

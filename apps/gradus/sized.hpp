@@ -19,7 +19,7 @@ SizedBackground background_for(const PatchModel& model, const SizingRule& rule, 
                                int max_triangles = BackgroundOptions{}.max_triangles);
 
 /// Grades the sizes of a background; where it is too coarse for them its edges are cut and its raw sizes replaced.
-GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const GradationOptions& gradation, SizedBackground& sized,
-                         Stages& stages);
+GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const GradationOptions& gradation,
+                         SizedBackground& sized, Stages& stages);
 
 }  // namespace gradus::app

@@ -37,8 +37,11 @@ struct Mapped {
 };
 
 Mapped map_patches(const Options& options, const std::string& given, Stages& stages) {
-    const PatchModel model = stages.run("reading", [&] { return std::move(load_model(options.in, options.cage).model); });
-    Mapped map{.rule = rule_of(options.sizing, limits_for(model.diagonal())), .surface = text_of(options.in, model), .json = {{"patches", model.num_patches()}}};
+    const PatchModel model =
+        stages.run("reading", [&] { return std::move(load_model(options.in, options.cage).model); });
+    Mapped map{.rule = rule_of(options.sizing, limits_for(model.diagonal())),
+               .surface = text_of(options.in, model),
+               .json = {{"patches", model.num_patches()}}};
     SizedBackground sized;
     if (given.empty()) {
         sized = background_for(model, map.rule, stages, options.max_triangles);
@@ -60,8 +63,11 @@ Mapped map_patches(const Options& options, const std::string& given, Stages& sta
 
 // The background of a triangulation is itself, unless a finer or another one is asked for.
 Mapped map_triangles(const Options& options, const std::string& given, Stages& stages) {
-    const auto surface = stages.run("reading", [&] { return load_triangulation(options.in, options.surface, options.sizing, options.session); });
-    Mapped map{.rule = rule_of(options.sizing, limits_for(surface->diagonal())), .surface = text_of(options.in, *surface), .json = json_of(*surface)};
+    const auto surface = stages.run(
+        "reading", [&] { return load_triangulation(options.in, options.surface, options.sizing, options.session); });
+    Mapped map{.rule = rule_of(options.sizing, limits_for(surface->diagonal())),
+               .surface = text_of(options.in, *surface),
+               .json = json_of(*surface)};
     stages.run("background", [&] {
         if (options.background.empty()) {
             map.soup = surface->soup();
@@ -73,13 +79,15 @@ Mapped map_triangles(const Options& options, const std::string& given, Stages& s
         TriangulationBackground refined = make_background(*surface, map.rule, options.max_triangles);
         const std::size_t triangles = refined.background.mesh.n_faces();
         if (triangles >= static_cast<std::size_t>(options.max_triangles))
-            throw std::length_error("the background mesh needs more than " + grouped(options.max_triangles) + " triangles");
+            throw std::length_error("the background mesh needs more than " + grouped(options.max_triangles) +
+                                    " triangles");
         if (given.empty()) {
             map.sizes = std::move(refined.sizes);
             map.background = std::move(refined.background);
             const auto points = points_of(map.background.mesh);
             map.soup = {.points = {points.begin(), points.end()}, .triangles = triangles_of(map.background.mesh)};
-            map.accuracy = triangles == surface->soup().triangles.size() ? "those of the input, which are fine enough" : "the input refined";
+            map.accuracy = triangles == surface->soup().triangles.size() ? "those of the input, which are fine enough"
+                                                                         : "the input refined";
             return;
         }
         map.soup = read_mesh(given);
@@ -110,21 +118,25 @@ int run_sizemap(const Options& options) {
     std::error_code unknown;
     const bool is_input = options.background.empty() && std::filesystem::equivalent(mesh_path, options.in, unknown);
     if (is_input && options.surface.repair)
-        throw UsageError(fmt::format("{}: the background would take the place of the input; name another with --background", mesh_path));
+        throw UsageError(fmt::format(
+            "{}: the background would take the place of the input; name another with --background", mesh_path));
     const bool writes_mesh = !given && !is_input && !(options.background.empty() && holds_mesh(options.out));
     if (writes_mesh) {
         check_output(mesh_path, {FileKind::Mesh});
         check_distinct({options.out, mesh_path});
         // Beside sizes that are written anew, a mesh of that name is another one.
         if (options.background.empty() && std::filesystem::exists(mesh_path) && !std::filesystem::exists(options.out))
-            throw UsageError(fmt::format("{}: exists, and the background would take its place; name another with --background", mesh_path));
+            throw UsageError(fmt::format(
+                "{}: exists, and the background would take its place; name another with --background", mesh_path));
     }
 
     Stages stages(options.session);
-    const Mapped map = triangles ? map_triangles(options, given ? mesh_path : "", stages) : map_patches(options, given ? mesh_path : "", stages);
+    const Mapped map = triangles ? map_triangles(options, given ? mesh_path : "", stages)
+                                 : map_patches(options, given ? mesh_path : "", stages);
     const auto [smallest, largest] = std::minmax_element(map.sizes.begin(), map.sizes.end());
     const double predicted = ControlSpace(map.background, map.sizes).predicted_triangles();
-    const GradationReport measures = stages.run("measures", [&] { return measure_gradation(map.background.mesh, map.sizes); });
+    const GradationReport measures =
+        stages.run("measures", [&] { return measure_gradation(map.background.mesh, map.sizes); });
     stages.run("writing", [&] {
         if (writes_mesh) write_mesh(mesh_path, map.soup);
         write_size_map(options.out, map.soup, map.sizes);
@@ -132,12 +144,14 @@ int run_sizemap(const Options& options) {
 
     const Session& session = options.session;
     session.say(map.surface);
-    session.say(fmt::format("sizes: {}; {:.4g} to {:.4g} on the surface, {} triangles expected\n", to_text(map.rule), *smallest, *largest,
-                            about(predicted)));
-    session.say(fmt::format("background: {} vertices, {} triangles, {}\n", grouped(map.sizes.size()), grouped(map.soup.triangles.size()), map.accuracy));
-    session.say(fmt::format("H-shock {:.4g} at most, 99.9 % below {:.4g}; H-variation {:.4g} at most\n", measures.shock_max,
-                            measures.shock_p999, measures.variation_max));
-    session.say(writes_mesh ? fmt::format("wrote {} {}\n", options.out, mesh_path) : fmt::format("wrote {}\n", options.out));
+    session.say(fmt::format("sizes: {}; {:.4g} to {:.4g} on the surface, {} triangles expected\n", to_text(map.rule),
+                            *smallest, *largest, about(predicted)));
+    session.say(fmt::format("background: {} vertices, {} triangles, {}\n", grouped(map.sizes.size()),
+                            grouped(map.soup.triangles.size()), map.accuracy));
+    session.say(fmt::format("H-shock {:.4g} at most, 99.9 % below {:.4g}; H-variation {:.4g} at most\n",
+                            measures.shock_max, measures.shock_p999, measures.variation_max));
+    session.say(writes_mesh ? fmt::format("wrote {} {}\n", options.out, mesh_path)
+                            : fmt::format("wrote {}\n", options.out));
 
     Json files{options.out};
     if (writes_mesh) files.push_back(mesh_path);
@@ -161,13 +175,17 @@ void add_sizemap(CLI::App& app, Run& run) {
     CLI::App& command = *app.add_subcommand("sizemap", "Sizes from the curvature of a surface");
     const auto options = std::make_shared<Options>();
     command.add_option("IN", options->in, "Surface: Bezier patches, .bpt .bez, or a triangle mesh")->required();
-    command.add_option("-o,--output", options->out, "One size per vertex of the background mesh; .pos or .msh for Gmsh, .vtu, .ply with colours")
+    command
+        .add_option("-o,--output", options->out,
+                    "One size per vertex of the background mesh; .pos or .msh for Gmsh, .vtu, .ply with colours")
         ->required()
         ->type_name("MAP.sol");
     command
-        .add_option("--background", options->background,
-                    "Background mesh: read where this file exists, else made and written there (default: made, and written beside MAP.sol unless that "
-                    "holds it; for a triangulation IN itself, which shows no sizes that are smaller than its triangles)")
+        .add_option(
+            "--background", options->background,
+            "Background mesh: read where this file exists, else made and written there (default: made, and written "
+            "beside MAP.sol unless that "
+            "holds it; for a triangulation IN itself, which shows no sizes that are smaller than its triangles)")
         ->type_name("BG.mesh");
     add_sizing(command, options->sizing);
     add_clearances(command, options->sizing);

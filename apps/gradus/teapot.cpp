@@ -62,12 +62,15 @@ struct Experiment {
     Side raw{.name = "raw"}, corrected{.name = "graded"};
 };
 
-void mesh_side(const Options& options, const PatchModel& model, const Experiment& experiment, Side& side, Stages& stages) {
+void mesh_side(const Options& options, const PatchModel& model, const Experiment& experiment, Side& side,
+               Stages& stages) {
     const ControlSpace control(experiment.sized.background, side.sizes);
-    RemeshOptions remesh_options{
-        .fast = options.fast, .max_triangles = static_cast<double>(options.max_triangles), .threads = options.session.threads};
+    RemeshOptions remesh_options{.fast = options.fast,
+                                 .max_triangles = static_cast<double>(options.max_triangles),
+                                 .threads = options.session.threads};
     side.meshed = stages.run("mesh, " + side.name, [&] { return remesh(model, control, remesh_options); });
-    side.report = stages.run("report, " + side.name, [&] { return measure_surface_mesh(model, side.meshed.mesh, control); });
+    side.report =
+        stages.run("report, " + side.name, [&] { return measure_surface_mesh(model, side.meshed.mesh, control); });
     if (options.iterations == 0) return;
     stages.run("adaption, " + side.name, [&] {
         AdaptOptions adapt_options;
@@ -107,20 +110,25 @@ Rows table_of(const Experiment& experiment) {
     Rows rows{{"triangles", grouped(raw.topology.triangles), "", grouped(graded.topology.triangles), ""}};
     const auto quality = [&](const std::string& name, Summary ShapeReport::*measure) {
         const Summary &a = raw.shape.*measure, &b = graded.shape.*measure;
-        rows.push_back({name + ", worst", number(a.min), general(kPaperRaw.worst), number(b.min), general(kPaperGraded.worst)});
-        rows.push_back({name + ", mean", number(a.mean), general(kPaperRaw.mean), number(b.mean), general(kPaperGraded.mean)});
+        rows.push_back(
+            {name + ", worst", number(a.min), general(kPaperRaw.worst), number(b.min), general(kPaperGraded.worst)});
+        rows.push_back(
+            {name + ", mean", number(a.mean), general(kPaperRaw.mean), number(b.mean), general(kPaperGraded.mean)});
     };
     quality("area-length", &ShapeReport::area_length);
     quality("inradius-edge", &ShapeReport::inradius_edge);
     quality("radius ratio", &ShapeReport::radius_ratio);
-    const auto plain = [&](const std::string& name, const std::string& a, const std::string& b) { rows.push_back({name, a, "", b, ""}); };
+    const auto plain = [&](const std::string& name, const std::string& a, const std::string& b) {
+        rows.push_back({name, a, "", b, ""});
+    };
     plain("smallest angle, degrees", fmt::format("{:.1f}", raw.shape.smallest_angle.min),
           fmt::format("{:.1f}", graded.shape.smallest_angle.min));
     plain("adjacent edges, largest ratio", fmt::format("{:.2f}", raw.shape.adjacent_edge_ratio.max),
           fmt::format("{:.2f}", graded.shape.adjacent_edge_ratio.max));
     plain("edges within [0.71, 1.41]", fmt::format("{:.2f} %", 100 * raw.edges->unit_share),
           fmt::format("{:.2f} %", 100 * graded.edges->unit_share));
-    plain("H-shock of the map, largest", general(experiment.graded.before.shock_max), general(experiment.graded.after.shock_max));
+    plain("H-shock of the map, largest", general(experiment.graded.before.shock_max),
+          general(experiment.graded.after.shock_max));
     plain("H-shock of the mesh, largest", general(raw.gradation.shock.max), general(graded.gradation.shock.max));
     const auto share = [](double value) { return fmt::format("{:.3f} %", 100 * value); };
     plain("edge middles off the surface*", share(raw.distance->midpoints.p999), share(graded.distance->midpoints.p999));
@@ -145,8 +153,8 @@ std::string adaption_line(const Side& side) {
 }
 
 std::string results_of(const Options& options, const Experiment& experiment) {
-    std::string text =
-        fmt::format("sizes: {}; background of {} vertices\n", to_text(experiment.rule), grouped(experiment.sized.sizes.size()));
+    std::string text = fmt::format("sizes: {}; background of {} vertices\n", to_text(experiment.rule),
+                                   grouped(experiment.sized.sizes.size()));
     text += text_of(experiment.gradation, experiment.graded, experiment.sized.sizes.size());
     Rows rows{{"", "raw", "(paper)", "graded", "(paper)"}};
     for (auto& row : table_of(experiment)) rows.push_back(row);
@@ -175,10 +183,12 @@ Json side_json(const Side& side) {
             {"adaption", {{"converged", side.adaption.converged}, {"iterations", iterations}}}};
 }
 
-Json experiment_json(const Experiment& experiment, const std::vector<StageTime>& stages, const std::vector<std::string>& files) {
+Json experiment_json(const Experiment& experiment, const std::vector<StageTime>& stages,
+                     const std::vector<std::string>& files) {
     const auto published = [](const Published& p) { return Json{{"worst", p.worst}, {"mean", p.mean}}; };
     return {{"sizing", json_of(experiment.rule)},
-            {"background", {{"vertices", experiment.sized.sizes.size()}, {"triangles", experiment.sized.background.patch.size()}}},
+            {"background",
+             {{"vertices", experiment.sized.sizes.size()}, {"triangles", experiment.sized.background.patch.size()}}},
             {"gradation", json_of(experiment.gradation, experiment.graded)},
             {"raw", side_json(experiment.raw)},
             {"graded", side_json(experiment.corrected)},
@@ -194,14 +204,16 @@ Image above(const Experiment& experiment, const Image& raw, const Image& graded)
         return fmt::format("{}: {} triangles", what, grouped(side.report.topology.triangles));
     };
     const GradationOptions& g = experiment.gradation;
-    const std::string bound = g.shock ? fmt::format("H-shock {:g}", *g.shock) : fmt::format("H-variation {:g}", *g.variation);
+    const std::string bound =
+        g.shock ? fmt::format("H-shock {:g}", *g.shock) : fmt::format("H-variation {:g}", *g.variation);
     const Panel panels[]{{raw, name(experiment.raw, "raw")}, {graded, name(experiment.corrected, "graded, " + bound)}};
     return compose(panels);
 }
 
 std::vector<double> qualities_of(const SurfaceMesh& mesh) {
     std::vector<double> qualities;
-    for (const Triangle& t : mesh.triangles) qualities.push_back(area_length(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]));
+    for (const Triangle& t : mesh.triangles)
+        qualities.push_back(area_length(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]));
     return qualities;
 }
 
@@ -219,20 +231,23 @@ std::vector<Picture> pictures_of(const Experiment& experiment) {
     int index = 0;
     for (const Camera& camera : enlargements(raw, 2)) {
         const std::string i = std::to_string(++index);
-        pictures.push_back(
-            {"enlargement-" + i, "Where sizes change most, " + i, above(experiment, draw(raw, camera), draw(graded, camera))});
+        pictures.push_back({"enlargement-" + i, "Where sizes change most, " + i,
+                            above(experiment, draw(raw, camera), draw(graded, camera))});
     }
     // The maps on the background they are given on.
     const auto points = points_of(experiment.sized.background.mesh);
     const std::vector<Triangle> triangles = triangles_of(experiment.sized.background.mesh);
-    const SizedTriangles raw_map{points, triangles, experiment.raw.sizes}, graded_map{points, triangles, experiment.corrected.sizes};
+    const SizedTriangles raw_map{points, triangles, experiment.raw.sizes},
+        graded_map{points, triangles, experiment.corrected.sizes};
     const Range sizes = common_range(experiment.raw.sizes, experiment.corrected.sizes);
     pictures.push_back(
-        {"size", "Size maps", above(experiment, draw(raw_map, Quantity::Size, sizes), draw(graded_map, Quantity::Size, sizes))});
+        {"size", "Size maps",
+         above(experiment, draw(raw_map, Quantity::Size, sizes), draw(graded_map, Quantity::Size, sizes))});
     // The raw map jumps without bound at some edges: colours beyond a shock of 10 would leave none for the others.
     const Range shocks{1, 10};
-    pictures.push_back({"shock", "H-shock of the size maps",
-                        above(experiment, draw(raw_map, Quantity::Shock, shocks), draw(graded_map, Quantity::Shock, shocks))});
+    pictures.push_back(
+        {"shock", "H-shock of the size maps",
+         above(experiment, draw(raw_map, Quantity::Shock, shocks), draw(graded_map, Quantity::Shock, shocks))});
     const HistogramData left = count_values(qualities_of(raw), 50, Range{0, 1}),
                         right = count_values(qualities_of(graded), 50, Range{0, 1});
     pictures.push_back({"quality", "Area-length quality",
@@ -248,7 +263,8 @@ void write_page(const std::string& path, const Experiment& experiment, const std
     HtmlReport page("The teapot, raw and graded", to_text(experiment.rule) + "; " + to_text(experiment.gradation));
     page.section("Beside the paper");
     page.table({"", "raw", "paper", "graded", "paper"}, table_of(experiment),
-               "The paper gives one worst and one mean quality for each mesh, and does not say of which measure. * 99.9 % of them, "
+               "The paper gives one worst and one mean quality for each mesh, and does not say of which measure. * "
+               "99.9 % of them, "
                "relative to the diagonal.");
     page.section("Pictures");
     for (const Picture& picture : pictures) page.picture(picture.title, picture.image);
@@ -268,7 +284,8 @@ void write_page(const std::string& path, const Experiment& experiment, const std
     write_file(path, page.html());
 }
 
-std::vector<std::string> write_files(const Options& options, const PatchModel& model, const Experiment& experiment, Stages& stages) {
+std::vector<std::string> write_files(const Options& options, const PatchModel& model, const Experiment& experiment,
+                                     Stages& stages) {
     std::vector<std::string> files;
     const auto file = [&](const std::string& name) { return files.emplace_back(options.folder + "/" + name); };
     stages.run("writing", [&] {
@@ -297,7 +314,8 @@ int run_teapot(const Options& options) {
     std::vector<std::string> files;
     if (!options.folder.empty()) files = write_files(options, model, experiment, stages);
 
-    options.session.say(text_of("teapot", model) + results_of(options, experiment) + "time: " + text_of(stages.times()));
+    options.session.say(text_of("teapot", model) + results_of(options, experiment) +
+                        "time: " + text_of(stages.times()));
     if (!files.empty()) {
         std::string names;
         for (const std::string& path : files) names += " " + path.substr(options.folder.size() + 1);
@@ -310,14 +328,17 @@ int run_teapot(const Options& options) {
 }  // namespace
 
 void add_teapot(CLI::App& app, Run& run) {
-    CLI::App& command =
-        *app.add_subcommand("teapot", "The paper's experiment: the teapot meshed raw and graded, beside the paper's figures");
+    CLI::App& command = *app.add_subcommand(
+        "teapot", "The paper's experiment: the teapot meshed raw and graded, beside the paper's figures");
     const auto options = std::make_shared<Options>();
-    command.add_option("--out", options->folder, "Write meshes, size maps, pictures and reports into this folder")->type_name("DIR");
+    command.add_option("--out", options->folder, "Write meshes, size maps, pictures and reports into this folder")
+        ->type_name("DIR");
     add_sizing(command, options->sizing, kLimits);
     add_gradation(command, options->gradation, GradationNeeded::WithDefault);
     command.add_flag("--fast", options->fast, "Smooth shapes only, do not search for better ones");
-    command.add_option("--iterations", options->iterations, "Most iterations of the adaption loops; 0 leaves them out (default: 10)")
+    command
+        .add_option("--iterations", options->iterations,
+                    "Most iterations of the adaption loops; 0 leaves them out (default: 10)")
         ->type_name("N")
         ->check(CLI::Range(0, 1000).description(""));
     command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")

@@ -24,7 +24,7 @@ namespace gradus::app {
 
 namespace {
 
-constexpr double kAtLeast = 1.05;   // of the least size: as small as elements may be
+constexpr double kAtLeast = 1.05;                       // of the least size: as small as elements may be
 constexpr double kExplained = 2, kWorthTelling = 1e-4;  // of the sag that elements explain; of the diagonal
 constexpr std::size_t kContactsTold = 3, kPartsTold = 5;
 
@@ -44,7 +44,9 @@ void add_required(const std::string& path, const TriangulationChoice& choice, Tr
             found = true;
             if (known.insert(t).second) required.triangles.push_back(t);
         }
-        if (!found) throw Failure(fmt::format("{}: --freeze {}: no triangle has that label; {}", path, label, labels_there(soup.labels)));
+        if (!found)
+            throw Failure(
+                fmt::format("{}: --freeze {}: no triangle has that label; {}", path, label, labels_there(soup.labels)));
     }
     if (choice.freeze_list.empty()) return;
     const RequiredElements list = read_required(choice.freeze_list, soup.points.size(), soup.triangles.size());
@@ -58,28 +60,33 @@ void add_required(const std::string& path, const TriangulationChoice& choice, Tr
 
 void add_triangulation(CLI::App& app, TriangulationChoice& choice) {
     const std::string group = "Triangulations";
-    app.add_option("--feature-angle", choice.feature_angle, "Angle between facets from which their edge is a crease, degrees (default: 40, and 55 where a round is sampled coarsely)")
+    app.add_option("--feature-angle", choice.feature_angle,
+                   "Angle between facets from which their edge is a crease, degrees (default: 40, and 55 where a round "
+                   "is sampled coarsely)")
         ->type_name("DEG")
         ->check(CLI::Range(1.0, 180.0).description(""))
         ->group(group);
     app.add_flag("--no-label-borders", choice.no_label_borders, "Borders between labels are no features")->group(group);
     app.add_flag("--repair", choice.repair, "Repair what is no oriented manifold, and say each change")->group(group);
     app.add_option("--freeze", choice.freeze,
-                   "Keep the triangles of a label as they are, as RequiredTriangles of .mesh; may be repeated (RequiredVertices and "
+                   "Keep the triangles of a label as they are, as RequiredTriangles of .mesh; may be repeated "
+                   "(RequiredVertices and "
                    "RequiredEdges are kept too; Ridges are divided anew)")
         ->type_name("LABEL")
         ->type_size(1)
         ->allow_extra_args(false)
         ->take_all()
         ->group(group);
-    app.add_option("--freeze-list", choice.freeze_list, "Keep what the lines of a text name: \"vertex I\", \"edge I J\", \"triangle I\", from 1 on")
+    app.add_option("--freeze-list", choice.freeze_list,
+                   "Keep what the lines of a text name: \"vertex I\", \"edge I J\", \"triangle I\", from 1 on")
         ->type_name("LIST")
         ->group(group);
 }
 
 void check_for_patches(const TriangulationChoice& choice) {
     if (!choice.freeze.empty() || !choice.freeze_list.empty())
-        throw UsageError(fmt::format("{} is for triangle meshes, not for patches", choice.freeze.empty() ? "--freeze-list" : "--freeze"));
+        throw UsageError(fmt::format("{} is for triangle meshes, not for patches",
+                                     choice.freeze.empty() ? "--freeze-list" : "--freeze"));
 }
 
 namespace {
@@ -94,13 +101,15 @@ TriangleSoup load_soup(const std::string& path, const TriangulationChoice& choic
 }
 
 // @param places  near which all folds are features
-std::unique_ptr<Triangulation> triangulation_of(const std::string& path, TriangleSoup soup, const TriangulationChoice& choice, const SizingOptions& sizing,
+std::unique_ptr<Triangulation> triangulation_of(const std::string& path, TriangleSoup soup,
+                                                const TriangulationChoice& choice, const SizingOptions& sizing,
                                                 std::span<const Eigen::Vector3d> places = {}) {
     TriangulationOptions options;
     if (choice.feature_angle) {
         if (std::isnan(*choice.feature_angle)) throw UsageError("--feature-angle nan: not a number");
         FeatureOptions& features = options.features;
-        features.angle = features.sharp_angle = features.weak_angle = features.ridge_angle = *choice.feature_angle * std::numbers::pi / 180;
+        features.angle = features.sharp_angle = features.weak_angle = features.ridge_angle =
+            *choice.feature_angle * std::numbers::pi / 180;
         features.all_from_angle = true;
     }
     options.label_borders = !choice.no_label_borders;
@@ -114,15 +123,18 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
 
 }  // namespace
 
-std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const TriangulationChoice& choice, const SizingOptions& sizing, const Session& session) {
+std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const TriangulationChoice& choice,
+                                                  const SizingOptions& sizing, const Session& session) {
     return triangulation_of(path, load_soup(path, choice, session), choice, sizing);
 }
 
-OrderedTriangulation load_ordered(const std::string& path, const TriangulationChoice& choice, const SizingOptions& sizing, const Session& session) {
+OrderedTriangulation load_ordered(const std::string& path, const TriangulationChoice& choice,
+                                  const SizingOptions& sizing, const Session& session) {
     TriangleSoup soup = load_soup(path, choice, session);
     const bool names_elements = !soup.required.empty() || !soup.edges.empty() || !soup.corners.empty();
     Ordered ordered = names_elements ? as_it_is(std::move(soup)) : along_curve(std::move(soup));
-    return {triangulation_of(path, std::move(ordered.soup), choice, sizing), std::move(ordered.point_source), std::move(ordered.triangle_source)};
+    return {triangulation_of(path, std::move(ordered.soup), choice, sizing), std::move(ordered.point_source),
+            std::move(ordered.triangle_source)};
 }
 
 GivenSizes read_given_sizes(const std::string& sizes, const std::string& background, const Triangulation& surface) {
@@ -149,7 +161,8 @@ double smallest_part(const Triangulation& surface) {
     return *std::min_element(surface.part_share().begin(), surface.part_share().end());
 }
 
-std::vector<std::pair<SizingRule::At, double>> moved_far(const SizingRule& rule, std::span<const Eigen::Vector3d> background) {
+std::vector<std::pair<SizingRule::At, double>> moved_far(const SizingRule& rule,
+                                                         std::span<const Eigen::Vector3d> background) {
     std::vector<std::pair<SizingRule::At, double>> moved;
     for (const SizingRule::At& at : rule.at) {
         const double distance = (background[nearest_point(background, at.point)] - at.point).norm();
@@ -161,31 +174,43 @@ std::vector<std::pair<SizingRule::At, double>> moved_far(const SizingRule& rule,
 }  // namespace
 
 TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRule& rule, const GivenSizes& given,
-                                    const std::optional<GradationOptions>& gradation, const RemeshOptions& options, bool hmin_given, Stages& stages) {
+                                    const std::optional<GradationOptions>& gradation, const RemeshOptions& options,
+                                    bool hmin_given, Stages& stages) {
     TriangulatedMesh mesh;
     if (rule.kind == SizingRule::Kind::ChordError) mesh.chord_error = rule.value;
     if (hmin_given) mesh.least_size = rule.hmin;
     if (const double least = least_chord_error(surface.soup().points); mesh.chord_error && *mesh.chord_error < least)
-        throw Failure(fmt::format("--chord-error {:g}: below {:.3g}, what distances are rounded to with coordinates as large as these", *mesh.chord_error, least));
+        throw Failure(fmt::format(
+            "--chord-error {:g}: below {:.3g}, what distances are rounded to with coordinates as large as these",
+            *mesh.chord_error, least));
     TriangulationBackground map = stages.run("background", [&] {
         if (!given.sizes.empty()) return given_background(surface, given);
-        return make_background(surface, mesh.chord_error ? rule_within(*mesh.chord_error, rule) : rule, static_cast<int>(options.max_triangles));
+        return make_background(surface, mesh.chord_error ? rule_within(*mesh.chord_error, rule) : rule,
+                               static_cast<int>(options.max_triangles));
     });
     mesh.background_vertices = map.sizes.size();
     mesh.moved = moved_far(rule, points_of(map.background.mesh));
     if (gradation) stages.run("gradation", [&] { mesh.gradation = grade(map.background.mesh, map.sizes, *gradation); });
     if (gradation && !given.sizes.empty()) require_reached(given.path, map.sizes);
-    raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
-    const ChordErrorOptions keep{
-        .gradation = gradation,
-        .hmin = hmin_given ? rule.hmin : kFinestSize * rule.hmin * smallest_part(surface),
-        .prescribed = rule.at,
-        .remesh = options,
-        .on_check = [&](const SurfaceMesh& draft) { stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size()))); }};
-    ChordErrorResult made = stages.run("meshing", [&] { return remesh_within(surface, std::move(map), mesh.chord_error.value_or(std::numeric_limits<double>::infinity()), keep); });
-    if (made.map) measure_graded(make_mesh(made.map->points, made.map->triangles), made.map->sizes, *gradation, *mesh.gradation);
+    raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()),
+                  kHoldSlope, map.sizes);
+    const ChordErrorOptions keep{.gradation = gradation,
+                                 .hmin = hmin_given ? rule.hmin : kFinestSize * rule.hmin * smallest_part(surface),
+                                 .prescribed = rule.at,
+                                 .remesh = options,
+                                 .on_check = [&](const SurfaceMesh& draft) {
+                                     stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size())));
+                                 }};
+    ChordErrorResult made = stages.run("meshing", [&] {
+        return remesh_within(surface, std::move(map),
+                             mesh.chord_error.value_or(std::numeric_limits<double>::infinity()), keep);
+    });
+    if (made.map)
+        measure_graded(make_mesh(made.map->points, made.map->triangles), made.map->sizes, *gradation, *mesh.gradation);
     mesh.result = std::move(made.result);
-    mesh.deviation = mesh.chord_error ? made.deviation : stages.run("distance", [&] { return measure_deviation(surface, mesh.result.mesh); });
+    mesh.deviation = mesh.chord_error
+                         ? made.deviation
+                         : stages.run("distance", [&] { return measure_deviation(surface, mesh.result.mesh); });
     mesh.refinements = made.lowerings;
     mesh.kept = made.kept;
     mesh.faults = std::move(made.faults);
@@ -194,8 +219,9 @@ TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRu
     return mesh;
 }
 
-std::unique_ptr<Triangulation> with_features_at(std::span<const Eigen::Vector3d> places, const std::string& path, const Triangulation& surface,
-                                                const TriangulationChoice& choice, const SizingOptions& sizing) {
+std::unique_ptr<Triangulation> with_features_at(std::span<const Eigen::Vector3d> places, const std::string& path,
+                                                const Triangulation& surface, const TriangulationChoice& choice,
+                                                const SizingOptions& sizing) {
     auto more = triangulation_of(path, surface.soup(), choice, sizing, places);
     const auto number = [](const Features& features) {
         return std::pair(features.edges().size(), std::count(features.corner.begin(), features.corner.end(), 1));
@@ -207,18 +233,24 @@ namespace {
 
 // The place where the two surfaces are seen to be farthest from each other, and how far that is.
 std::pair<Eigen::Vector3d, double> farthest_place(const Deviation& deviation) {
-    const OneSidedDistance& farther = deviation.from_mesh.largest > deviation.from_reference.largest ? deviation.from_mesh : deviation.from_reference;
+    const OneSidedDistance& farther =
+        deviation.from_mesh.largest > deviation.from_reference.largest ? deviation.from_mesh : deviation.from_reference;
     return {farther.point, farther.largest};
 }
 
-int nearest_triangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, const Eigen::Vector3d& place) {
-    const auto distance2 = [&](const Triangle& t) { return (closest_point(place, points[t[0]], points[t[1]], points[t[2]]) - place).squaredNorm(); };
-    const auto nearest = std::min_element(triangles.begin(), triangles.end(), [&](const Triangle& s, const Triangle& t) { return distance2(s) < distance2(t); });
+int nearest_triangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles,
+                     const Eigen::Vector3d& place) {
+    const auto distance2 = [&](const Triangle& t) {
+        return (closest_point(place, points[t[0]], points[t[1]], points[t[2]]) - place).squaredNorm();
+    };
+    const auto nearest =
+        std::min_element(triangles.begin(), triangles.end(),
+                         [&](const Triangle& s, const Triangle& t) { return distance2(s) < distance2(t); });
     return static_cast<int>(nearest - triangles.begin());
 }
 
-// How far a triangle of the mesh near a place may be from the surface as that is curved there: its edges squared over eight radii, and the
-// same of the facet of the input, which has its width from facet to facet.
+// How far a triangle of the mesh near a place may be from the surface as that is curved there: its edges squared over
+// eight radii, and the same of the facet of the input, which has its width from facet to facet.
 double sag_near(const Triangulation& surface, const SurfaceMesh& mesh, const Eigen::Vector3d& place) {
     const std::vector<Eigen::Vector3d>& points = surface.soup().points;
     const Triangle& element = mesh.triangles[nearest_triangle(mesh.points, mesh.triangles, place)];
@@ -245,7 +277,8 @@ std::string why_not_kept(const Triangulation& surface, const TriangulatedMesh& m
     const SurfaceMesh& m = mesh.result.mesh;
     const std::size_t v = nearest_point(m.points, place);
     std::string text = fmt::format(", by {:.3g} at {:.6g} {:.6g} {:.6g}", distance, place.x(), place.y(), place.z());
-    if (mesh.least_size && m.sizes[v] <= kAtLeast * *mesh.least_size) return text + fmt::format(", where --hmin {:g} allows no smaller elements", *mesh.least_size);
+    if (mesh.least_size && m.sizes[v] <= kAtLeast * *mesh.least_size)
+        return text + fmt::format(", where --hmin {:g} allows no smaller elements", *mesh.least_size);
     const auto is_near = [&](const std::array<int, 2>& edge) {
         const Eigen::Vector3d &a = surface.soup().points[edge[0]], &b = surface.soup().points[edge[1]];
         return (closest_point(place, a, b, b) - place).norm() < m.sizes[v];
@@ -262,14 +295,18 @@ std::vector<std::string> notes_on(const Triangulation& surface, const Triangulat
         const std::vector<int> part = connected_parts(points.size(), surface.soup().triangles);
         std::map<int, std::size_t> small;  // by part: a vertex of it
         for (std::size_t v = 0; v < points.size(); ++v)
-            if (surface.mesh().is_live_vertex(static_cast<int>(v)) && surface.part_share()[v] * surface.diagonal() < *mesh.least_size) small.emplace(part[v], v);
+            if (surface.mesh().is_live_vertex(static_cast<int>(v)) &&
+                surface.part_share()[v] * surface.diagonal() < *mesh.least_size)
+                small.emplace(part[v], v);
         for (const auto& [number, v] : small) {
             if (notes.size() == kPartsTold) {
-                notes.push_back(fmt::format("{} more parts are smaller than --hmin", grouped(small.size() - notes.size())));
+                notes.push_back(
+                    fmt::format("{} more parts are smaller than --hmin", grouped(small.size() - notes.size())));
                 break;
             }
-            notes.push_back(fmt::format("the part at {:.6g} {:.6g} {:.6g}, of a diagonal of {:.3g}, is smaller than --hmin {:g}", points[v].x(), points[v].y(), points[v].z(),
-                                        surface.part_share()[v] * surface.diagonal(), *mesh.least_size));
+            notes.push_back(fmt::format(
+                "the part at {:.6g} {:.6g} {:.6g}, of a diagonal of {:.3g}, is smaller than --hmin {:g}", points[v].x(),
+                points[v].y(), points[v].z(), surface.part_share()[v] * surface.diagonal(), *mesh.least_size));
         }
     }
     if (mesh.chord_error) return notes;
@@ -278,8 +315,10 @@ std::vector<std::string> notes_on(const Triangulation& surface, const Triangulat
     if (distance <= kWorthTelling * surface.diagonal()) return notes;
     const double explained = sag_near(surface, m, place);
     if (distance > kExplained * explained)
-        notes.push_back(fmt::format("the mesh is {:.3g} from it at {:.6g} {:.6g} {:.6g}, where its elements explain {:.3g}; --chord-error bounds that", distance,
-                                    place.x(), place.y(), place.z(), explained));
+        notes.push_back(
+            fmt::format("the mesh is {:.3g} from it at {:.6g} {:.6g} {:.6g}, where its elements explain {:.3g}; "
+                        "--chord-error bounds that",
+                        distance, place.x(), place.y(), place.z(), explained));
     return notes;
 }
 
@@ -287,21 +326,27 @@ std::string text_of(const std::string& path, const Triangulation& surface) {
     std::size_t edges = 0;
     for (const FeatureChain& chain : surface.features().chains) edges += chain.num_edges();
     const auto corners = std::count(surface.features().corner.begin(), surface.features().corner.end(), 1);
-    return fmt::format("{}: {} triangles, {} vertices, diagonal {:.4g}; {} feature curves of {} edges, {} corners\n", path,
-                       grouped(surface.soup().triangles.size()), grouped(surface.soup().points.size()), surface.diagonal(),
-                       grouped(surface.features().chains.size()), grouped(edges), grouped(static_cast<long long>(corners)));
+    return fmt::format("{}: {} triangles, {} vertices, diagonal {:.4g}; {} feature curves of {} edges, {} corners\n",
+                       path, grouped(surface.soup().triangles.size()), grouped(surface.soup().points.size()),
+                       surface.diagonal(), grouped(surface.features().chains.size()), grouped(edges),
+                       grouped(static_cast<long long>(corners)));
 }
 
 std::string text_of(const TriangulatedMesh& mesh, double diagonal) {
     const Deviation& d = mesh.deviation;
-    std::string text = fmt::format("distance: at most {:.4g} from the input to the mesh, {:.4g} back ({:.3g} of the diagonal)", d.from_reference.bound,
-                                   d.from_mesh.bound, d.bound() / diagonal);
+    std::string text =
+        fmt::format("distance: at most {:.4g} from the input to the mesh, {:.4g} back ({:.3g} of the diagonal)",
+                    d.from_reference.bound, d.from_mesh.bound, d.bound() / diagonal);
     if (mesh.chord_error)
-        text += fmt::format("; {:.4g} asked for, {}, sizes lowered {} times", *mesh.chord_error, mesh.kept ? "kept" : "NOT kept", mesh.refinements);
+        text += fmt::format("; {:.4g} asked for, {}, sizes lowered {} times", *mesh.chord_error,
+                            mesh.kept ? "kept" : "NOT kept", mesh.refinements);
     text += "\n";
-    if (!mesh.chord_error && mesh.refinements > 0) text += fmt::format("sizes were lowered {} times, around elements that fell short or touched\n", mesh.refinements);
+    if (!mesh.chord_error && mesh.refinements > 0)
+        text +=
+            fmt::format("sizes were lowered {} times, around elements that fell short or touched\n", mesh.refinements);
     if (mesh.contacts.count > 0) {
-        text += fmt::format("contacts: {} pairs of triangles touch or intersect that do not in the input", grouped(mesh.contacts.count));
+        text += fmt::format("contacts: {} pairs of triangles touch or intersect that do not in the input",
+                            grouped(mesh.contacts.count));
         for (std::size_t i = 0; i < std::min(kContactsTold, mesh.contacts.listed.size()); ++i) {
             const Eigen::Vector3d& p = mesh.contacts.listed[i].point;
             text += fmt::format("{} {:.6g} {:.6g} {:.6g}", i == 0 ? ", at" : ";", p.x(), p.y(), p.z());
@@ -309,15 +354,18 @@ std::string text_of(const TriangulatedMesh& mesh, double diagonal) {
         text += "\n";
     }
     for (const auto& [at, distance] : mesh.moved)
-        text += fmt::format("the size {:.4g} at {:.6g} {:.6g} {:.6g} holds {:.4g} from there, at the nearest vertex of the background\n", at.size,
-                            at.point.x(), at.point.y(), at.point.z(), distance);
+        text += fmt::format(
+            "the size {:.4g} at {:.6g} {:.6g} {:.6g} holds {:.4g} from there, at the nearest vertex of the "
+            "background\n",
+            at.size, at.point.x(), at.point.y(), at.point.z(), distance);
     return text;
 }
 
 std::string text_of(const RequiredElements& required, const std::vector<std::string>& outputs) {
     if (required.empty()) return "";
-    std::string text = fmt::format("frozen: {} vertices, {} edges, {} triangles are in the mesh as they were", grouped(required.vertices.size()),
-                                   grouped(required.edges.size()), grouped(required.triangles.size()));
+    std::string text = fmt::format("frozen: {} vertices, {} edges, {} triangles are in the mesh as they were",
+                                   grouped(required.vertices.size()), grouped(required.edges.size()),
+                                   grouped(required.triangles.size()));
     for (const std::string& path : outputs)
         if (!marks_required(path)) text += fmt::format("; {} does not mark them, .mesh and .meshb do", path);
     return text + "\n";
@@ -341,8 +389,10 @@ Json json_of(const TriangulatedMesh& mesh) {
                     {"at", attained ? Json{d.point.x(), d.point.y(), d.point.z()} : Json(nullptr)}};
     };
     Json contacts = Json::array();
-    for (const NewContact& contact : mesh.contacts.listed) contacts.push_back({contact.point.x(), contact.point.y(), contact.point.z()});
-    return {{"distance", {{"from_input", side(mesh.deviation.from_reference)}, {"from_mesh", side(mesh.deviation.from_mesh)}}},
+    for (const NewContact& contact : mesh.contacts.listed)
+        contacts.push_back({contact.point.x(), contact.point.y(), contact.point.z()});
+    return {{"distance",
+             {{"from_input", side(mesh.deviation.from_reference)}, {"from_mesh", side(mesh.deviation.from_mesh)}}},
             {"chord_error", mesh.chord_error ? Json(*mesh.chord_error) : Json(nullptr)},
             {"new_contacts", {{"count", mesh.contacts.count}, {"first", contacts}}},
             {"chord_error_kept", mesh.chord_error ? Json(mesh.kept) : Json(nullptr)},

@@ -24,7 +24,9 @@ class ParameterTable {
         std::vector<int> fill(first_.begin(), first_.end() - 1);
         for (const auto& p : soup.parameters) entries_[fill[p.vertex]++] = p.at;
     }
-    std::span<const SurfacePoint> of(int vertex) const { return {entries_.data() + first_[vertex], entries_.data() + first_[vertex + 1]}; }
+    std::span<const SurfacePoint> of(int vertex) const {
+        return {entries_.data() + first_[vertex], entries_.data() + first_[vertex + 1]};
+    }
 
   private:
     std::vector<int> first_;
@@ -38,7 +40,8 @@ bool corners_from_table(const ParameterTable& table, const Triangle& triangle, i
         for (const SurfacePoint& b : table.of(triangle[1]))
             for (const SurfacePoint& c : table.of(triangle[2])) {
                 if (a.patch != patch || b.patch != patch || c.patch != patch) continue;
-                const double spread = (a.uv - b.uv).squaredNorm() + (b.uv - c.uv).squaredNorm() + (c.uv - a.uv).squaredNorm();
+                const double spread =
+                    (a.uv - b.uv).squaredNorm() + (b.uv - c.uv).squaredNorm() + (c.uv - a.uv).squaredNorm();
                 if (spread < least) least = spread, corners = {a.uv, b.uv, c.uv};
             }
     return least < std::numeric_limits<double>::infinity();
@@ -51,7 +54,8 @@ struct Feet {
 };
 
 // Feet of the corners of a triangle on a patch, all by descent from the foot of one point, so that they lie together.
-Feet descend(const ParametricSurface& patch, const std::array<Eigen::Vector3d, 3>& corners, const Eigen::Vector3d& from) {
+Feet descend(const ParametricSurface& patch, const std::array<Eigen::Vector3d, 3>& corners,
+             const Eigen::Vector3d& from) {
     const Eigen::Vector2d start = project(patch, from).uv;
     Feet feet;
     for (int k = 0; k < 3; ++k) {
@@ -81,12 +85,14 @@ Background background_from_soup(const PatchModel& model, const TriangleSoup& sou
     background.uv.reserve(soup.triangles.size());
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
         const Triangle& triangle = soup.triangles[t];
-        const Eigen::Vector3d centre = (soup.points[triangle[0]] + soup.points[triangle[1]] + soup.points[triangle[2]]) / 3;
+        const Eigen::Vector3d centre =
+            (soup.points[triangle[0]] + soup.points[triangle[1]] + soup.points[triangle[2]]) / 3;
         int patch = soup.labels.empty() ? -1 : soup.labels[t] - 1;
         if (patch < 0 || patch >= model.num_patches()) patch = nearest_patch(model, centre);
         Corners corners;
         if (!corners_from_table(table, triangle, patch, corners)) {
-            const std::array<Eigen::Vector3d, 3> points{soup.points[triangle[0]], soup.points[triangle[1]], soup.points[triangle[2]]};
+            const std::array<Eigen::Vector3d, 3> points{soup.points[triangle[0]], soup.points[triangle[1]],
+                                                        soup.points[triangle[2]]};
             // Around a pole the way from the middle to a corner may be barred by the seam: then come from a corner.
             Feet feet = descend(model.patch(patch), points, centre);
             for (int k = 0; k < 3 && feet.largest() > kOnSurface * model.diagonal(); ++k) {
@@ -95,7 +101,8 @@ Background background_from_soup(const PatchModel& model, const TriangleSoup& sou
             }
             for (int k = 0; k < 3; ++k)
                 if (feet.distance[k] > kOnSurface * model.diagonal())
-                    throw std::invalid_argument("background: vertex " + std::to_string(triangle[k] + 1) + " is off patch " + std::to_string(patch + 1) + " by " +
+                    throw std::invalid_argument("background: vertex " + std::to_string(triangle[k] + 1) +
+                                                " is off patch " + std::to_string(patch + 1) + " by " +
                                                 std::to_string(feet.distance[k]));
             corners = feet.uv;
         }
@@ -117,7 +124,8 @@ TriangleSoup soup_from_background(const Background& background) {
         for (int k = 0; k < 3; ++k) {
             const int v = soup.triangles[t][k];
             const SurfacePoint at{background.patch[t], background.uv[t][k]};
-            const bool known = std::any_of(places[v].begin(), places[v].end(), [&](const SurfacePoint& p) { return p.patch == at.patch && p.uv == at.uv; });
+            const bool known = std::any_of(places[v].begin(), places[v].end(),
+                                           [&](const SurfacePoint& p) { return p.patch == at.patch && p.uv == at.uv; });
             if (!known) places[v].push_back(at);
         }
     }

@@ -22,12 +22,13 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kFacing = 3.732;                 // 1 / tan 15 degrees: way along features over distance, from which they face each other
+constexpr double kFacing =
+    3.732;  // 1 / tan 15 degrees: way along features over distance, from which they face each other
 constexpr double kNarrow = std::numbers::pi / 6;  // angle of corners whose sides face each other
-constexpr double kStraight = 1.2;                 // way over distance, up to which sides of a corner run straight from it
-constexpr double kSamePlace = 0.05;               // from one another over the clearance
-constexpr double kSeen = 0.5;                     // cosine of the angles within which sheets see each other
-constexpr double kDetour = 1.4;                   // way along the surface over distance, up to which a place is a neighbour
+constexpr double kStraight = 1.2;    // way over distance, up to which sides of a corner run straight from it
+constexpr double kSamePlace = 0.05;  // from one another over the clearance
+constexpr double kSeen = 0.5;        // cosine of the angles within which sheets see each other
+constexpr double kDetour = 1.4;      // way along the surface over distance, up to which a place is a neighbour
 
 // Shortest ways from some vertices along edges, found as far as they are asked for.
 class Ways {
@@ -43,8 +44,8 @@ class Ways {
         lengths_[v] = length;
         heap_.emplace(length, v);
     }
-    /// Afterwards all lengths up to `limit` are final, and others are longer. @param from  calls its argument with neighbour and edge
-    /// length
+    /// Afterwards all lengths up to `limit` are final, and others are longer. @param from  calls its argument with
+    /// neighbour and edge length
     template <class From>
     void advance(double limit, const From& from) {
         while (!heap_.empty() && heap_.top().first <= limit) {
@@ -67,7 +68,8 @@ class Ways {
 // What a growing ball holds of the face about its middle.
 class Ball {
   public:
-    Ball(std::span<const Vector3d> points, const Connectivity& mesh) : points_(points), mesh_(mesh), seen_(mesh.num_triangles(), 0) {}
+    Ball(std::span<const Vector3d> points, const Connectivity& mesh)
+        : points_(points), mesh_(mesh), seen_(mesh.num_triangles(), 0) {}
 
     /// Calls meet(h, q, radius) as the ball grows to hold the place q of a feature half-edge h, until it returns true.
     template <class Meet>
@@ -120,7 +122,8 @@ struct ClearanceFinder::Parts {
           wedges(surface.wedges()),
           first(points.size() + 1, 0) {
         for (int h = 0; h < 3 * mesh.num_triangles(); ++h)
-            if (mesh.tag(h) >= 0 && mesh.twin(h) < h) segments.push_back({mesh.origin(h), mesh.target(h), mesh.target(h)});
+            if (mesh.tag(h) >= 0 && mesh.twin(h) < h)
+                segments.push_back({mesh.origin(h), mesh.target(h), mesh.target(h)});
         for (const Triangle& s : segments) ++first[s[0] + 1], ++first[s[1] + 1];
         for (std::size_t v = 0; v < points.size(); ++v) first[v + 1] += first[v];
         arcs.resize(first.back());
@@ -177,18 +180,22 @@ struct ClearanceFinder::Parts {
     Clearance across(const SidedPlace& place, double reach, double tip) const {
         const Vector3d& p = place.point;
         std::vector<int> near_tips;
-        std::copy_if(tips.begin(), tips.end(), std::back_inserter(near_tips), [&](int v) { return (points[v] - p).norm() < tip; });
+        std::copy_if(tips.begin(), tips.end(), std::back_inserter(near_tips),
+                     [&](int v) { return (points[v] - p).norm() < tip; });
         Ways& ways = along_features.local();
         ways.begin(points.size());
         if (place.wedge >= 0) {
             ways.reach(wedges.vertex[place.wedge], 0);
         } else {
-            for (const int v : {mesh.origin(place.half_edge), mesh.target(place.half_edge)}) ways.reach(v, (points[v] - p).norm());
+            for (const int v : {mesh.origin(place.half_edge), mesh.target(place.half_edge)})
+                ways.reach(v, (points[v] - p).norm());
         }
         const auto from = [&](int v, const auto& to) {
             for (int i = first[v]; i < first[v + 1]; ++i) to(arcs[i].first, arcs[i].second);
         };
-        const auto same_edge = [&](int h) { return place.wedge < 0 && (h == place.half_edge || h == mesh.twin(place.half_edge)); };
+        const auto same_edge = [&](int h) {
+            return place.wedge < 0 && (h == place.half_edge || h == mesh.twin(place.half_edge));
+        };
         Clearance result;
         balls.local().grow(p, triangles_at(place), reach, [&](int h, const Vector3d& q, double radius) {
             if (same_edge(h)) return false;
@@ -198,7 +205,9 @@ struct ClearanceFinder::Parts {
                 return std::min(ways.at(a) + (q - points[a]).norm(), ways.at(b) + (q - points[b]).norm()) > length;
             };
             if (!is_longer(kFacing * radius)) return false;
-            const auto joins = [&](int v) { return !is_longer(kStraight * ((points[v] - p).norm() + (points[v] - q).norm())); };
+            const auto joins = [&](int v) {
+                return !is_longer(kStraight * ((points[v] - p).norm() + (points[v] - q).norm()));
+            };
             if (std::any_of(near_tips.begin(), near_tips.end(), joins)) return false;
             result = {radius, h / 3, q};
             return true;
@@ -206,10 +215,12 @@ struct ClearanceFinder::Parts {
         return result;
     }
 
-    // That of the nearer end of its edge, if from so far away both are the same place. Fine rims have many places asked for between two ends.
+    // That of the nearer end of its edge, if from so far away both are the same place. Fine rims have many places asked
+    // for between two ends.
     std::optional<Clearance> across_from_end(const SidedPlace& place, double reach, double tip) const {
         const int a = mesh.origin(place.half_edge), b = mesh.target(place.half_edge);
-        const double to_a = (points[a] - place.point).norm(), to_b = (points[b] - place.point).norm(), off = std::min(to_a, to_b);
+        const double to_a = (points[a] - place.point).norm(), to_b = (points[b] - place.point).norm(),
+                     off = std::min(to_a, to_b);
         const int v = to_a <= to_b ? a : b;
         if (off > kSamePlace * reach || first[v + 1] - first[v] != 2) return {};
         const SidedPlace end = beside(place.half_edge, points[v]);
@@ -241,7 +252,8 @@ struct ClearanceFinder::Parts {
         const Triangle v = mesh.triangle(t);
         const Vector3d &a = points[v[0]], &b = points[v[1]], &c = points[v[2]];
         const Vector3d facet = (b - a).cross(c - a);
-        const double weight[3] = {(c - b).cross(p - b).dot(facet), (a - c).cross(p - c).dot(facet), (b - a).cross(p - a).dot(facet)};
+        const double weight[3] = {(c - b).cross(p - b).dot(facet), (a - c).cross(p - c).dot(facet),
+                                  (b - a).cross(p - a).dot(facet)};
         Vector3d sum = Vector3d::Zero();
         for (int k = 0; k < 3; ++k) sum += std::max(weight[k], 0.0) * normal_of_wedge(wedges.of_corner[3 * t + k]);
         return sum.squaredNorm() > 0 ? sum.stableNormalized() : facet.stableNormalized();
@@ -249,7 +261,8 @@ struct ClearanceFinder::Parts {
     // Not so where noise folds the facets over.
     bool is_unfolded(int t) const {
         const auto normal = [&](int k) -> const Vector3d& { return normal_of_wedge(wedges.of_corner[3 * t + k]); };
-        return normal(0).dot(normal(1)) >= kSeen && normal(1).dot(normal(2)) >= kSeen && normal(2).dot(normal(0)) >= kSeen;
+        return normal(0).dot(normal(1)) >= kSeen && normal(1).dot(normal(2)) >= kSeen &&
+               normal(2).dot(normal(0)) >= kSeen;
     }
     const Vector3d& normal_of_wedge(int wedge) const { return surface.curvature()[wedge].normal; }
 
@@ -270,7 +283,8 @@ struct ClearanceFinder::Parts {
         const auto faces = [&](int t, const Vector3d& q) {
             const double distance = (q - p).norm();
             const Vector3d there = normal_at(t, q);
-            if (t == place.triangle || there.dot(normal) > -kSeen || std::abs(there.dot(q - p)) < kSeen * distance) return false;
+            if (t == place.triangle || there.dot(normal) > -kSeen || std::abs(there.dot(q - p)) < kSeen * distance)
+                return false;
             if (!is_unfolded(t)) return false;
             ways.advance(kDetour * distance, from);
             double way = kInfinity;
@@ -307,7 +321,9 @@ struct ClearanceFinder::Parts {
 ClearanceFinder::ClearanceFinder(const Triangulation& surface) : parts_(std::make_unique<Parts>(surface)) {}
 ClearanceFinder::~ClearanceFinder() = default;
 
-Clearance ClearanceFinder::feature(const SidedPlace& place, double reach, double tip) const { return parts_->feature(place, reach, tip); }
+Clearance ClearanceFinder::feature(const SidedPlace& place, double reach, double tip) const {
+    return parts_->feature(place, reach, tip);
+}
 Clearance ClearanceFinder::sheet(const SidedPlace& place, double reach) const { return parts_->sheet(place, reach); }
 
 std::vector<SidedPlace> sides_of_vertex(const Triangulation& surface, int v) {
@@ -338,7 +354,8 @@ std::vector<double> at_vertices(const Triangulation& surface, const Find& find) 
     std::vector<double> result(surface.soup().points.size(), kInfinity);
     tbb::parallel_for(tbb::blocked_range<int>(0, static_cast<int>(result.size()), 64), [&](const auto& range) {
         for (int v = range.begin(); v < range.end(); ++v)
-            for (const SidedPlace& side : sides_of_vertex(surface, v)) result[v] = std::min(result[v], find(finder, side).distance);
+            for (const SidedPlace& side : sides_of_vertex(surface, v))
+                result[v] = std::min(result[v], find(finder, side).distance);
     });
     return result;
 }
@@ -346,11 +363,13 @@ std::vector<double> at_vertices(const Triangulation& surface, const Find& find) 
 }  // namespace
 
 std::vector<double> feature_clearance(const Triangulation& surface, double reach) {
-    return at_vertices(surface, [=](const ClearanceFinder& finder, const SidedPlace& side) { return finder.feature(side, reach); });
+    return at_vertices(
+        surface, [=](const ClearanceFinder& finder, const SidedPlace& side) { return finder.feature(side, reach); });
 }
 
 std::vector<double> sheet_clearance(const Triangulation& surface, double reach) {
-    return at_vertices(surface, [=](const ClearanceFinder& finder, const SidedPlace& side) { return finder.sheet(side, reach); });
+    return at_vertices(
+        surface, [=](const ClearanceFinder& finder, const SidedPlace& side) { return finder.sheet(side, reach); });
 }
 
 }  // namespace gradus

@@ -18,11 +18,12 @@ namespace gradus {
 namespace {
 
 constexpr double kInside = 1e-9;  // barycentric coordinates this far below 0 count as inside
-// A point this much nearer to a side of a triangle than it is high over it may be of the triangle beyond, where its height is less than half.
-constexpr double kSteepest = 4;   // tangent: folds of more than 166 degrees aside
+// A point this much nearer to a side of a triangle than it is high over it may be of the triangle beyond, where its
+// height is less than half.
+constexpr double kSteepest = 4;  // tangent: folds of more than 166 degrees aside
 constexpr double kLower2 = 0.25;
 constexpr double kFar2 = 0.0625;   // squared: of the size, from a point to where a walk to it ends
-constexpr int kMostSteps = 10000; // a walk is a few steps long; the bound only stops one that circles
+constexpr int kMostSteps = 10000;  // a walk is a few steps long; the bound only stops one that circles
 
 // Weights of the corners after those that are negative are dropped.
 std::array<double, 3> clamped(double a, double b) {
@@ -41,8 +42,8 @@ int way_out(double a, double b, const std::array<int, 3>& neighbour) {
     return out;
 }
 
-// Integral of 1 / h^2 over the triangle of area 1/2, with h linear between its corners: the second divided difference of -ln h.
-// [Hermite-Genocchi]
+// Integral of 1 / h^2 over the triangle of area 1/2, with h linear between its corners: the second divided difference
+// of -ln h. [Hermite-Genocchi]
 double mean_density(double a, double b, double c) {
     constexpr double kEven = 1.02;  // ratio up to which a quadrature is more exact than differences
     if (a > b) std::swap(a, b);
@@ -77,22 +78,27 @@ ControlSpace::ControlSpace(ControlSpace&&) noexcept = default;
 
 void ControlSpace::reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes) {
     if (sizes.size() != vertices)
-        throw std::invalid_argument("ControlSpace: " + std::to_string(sizes.size()) + " sizes for " + std::to_string(vertices) + " vertices");
+        throw std::invalid_argument("ControlSpace: " + std::to_string(sizes.size()) + " sizes for " +
+                                    std::to_string(vertices) + " vertices");
     for (std::size_t v = 0; v < sizes.size(); ++v)
-        if (!(sizes[v] > 0) || !std::isfinite(sizes[v])) throw std::invalid_argument("ControlSpace: size of vertex " + std::to_string(v) + " is not positive and finite");
+        if (!(sizes[v] > 0) || !std::isfinite(sizes[v]))
+            throw std::invalid_argument("ControlSpace: size of vertex " + std::to_string(v) +
+                                        " is not positive and finite");
     cells_.reserve(triangles);
     tree_ = std::make_unique<Tree>();
 }
 
-void ControlSpace::add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& h, const std::array<int, 3>& neighbour) {
+void ControlSpace::add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& h,
+                            const std::array<int, 3>& neighbour) {
     const Eigen::Vector3d e1 = corner[1] - corner[0], e2 = corner[2] - corner[0], n = e1.cross(e2);
     const double n2 = n.squaredNorm();
     const bool has_area = n2 > 0;
-    cells_.push_back({corner[0], has_area ? Eigen::Vector3d(e2.cross(n) / n2) : Eigen::Vector3d::Zero(), has_area ? Eigen::Vector3d(n.cross(e1) / n2) : Eigen::Vector3d::Zero(),
-                      h, neighbour});
+    cells_.push_back({corner[0], has_area ? Eigen::Vector3d(e2.cross(n) / n2) : Eigen::Vector3d::Zero(),
+                      has_area ? Eigen::Vector3d(n.cross(e1) / n2) : Eigen::Vector3d::Zero(), h, neighbour});
 }
 
-ControlSpace::ControlSpace(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, std::span<const double> sizes) {
+ControlSpace::ControlSpace(std::span<const Eigen::Vector3d> points, const Connectivity& mesh,
+                           std::span<const double> sizes) {
     reserve(points.size(), mesh.num_triangles(), sizes);
     for (int t = 0; t < mesh.num_triangles(); ++t) {
         const auto [a, b, c] = mesh.triangle(t);
@@ -200,7 +206,8 @@ int ControlSpace::closest_cell(const Eigen::Vector3d& p) const {
 }
 
 // Where p is over a triangle, but not on it: the one that it may be on, beyond a fold, or -1.
-int ControlSpace::beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b, const Height& height_here) const {
+int ControlSpace::beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b,
+                              const Height& height_here) const {
     const Cell& cell = cells_[triangle];
     const auto [height2, normal2] = height_here;
     // Whether p is much less high over a cell, and on its side of what leads there from another one.
@@ -215,7 +222,8 @@ int ControlSpace::beyond_fold(const Eigen::Vector3d& p, int triangle, double a, 
             if (other.neighbour[j] == from && v[j] >= -kInside) return true;
         return false;
     };
-    const std::array<double, 3> w{1 - a - b, a, b}, slope2{(cell.ga + cell.gb).squaredNorm(), cell.ga.squaredNorm(), cell.gb.squaredNorm()};
+    const std::array<double, 3> w{1 - a - b, a, b},
+        slope2{(cell.ga + cell.gb).squaredNorm(), cell.ga.squaredNorm(), cell.gb.squaredNorm()};
     for (int k = 0; k < 3; ++k) {
         // w over the slope is the distance from the side opposite to corner k.
         const int beside = cell.neighbour[k];
@@ -265,7 +273,8 @@ double ControlSpace::size_in_parameters(const SurfacePoint& at, int& triangle) c
     const Grid& grid = grids_[at.patch];
     const Eigen::Vector2d extent = (grid.domain.max - grid.domain.min).cwiseMax(1e-300);
     const auto index = [&](int axis) {
-        return std::clamp(static_cast<int>((at.uv[axis] - grid.domain.min[axis]) / extent[axis] * grid.cells), 0, grid.cells - 1);
+        return std::clamp(static_cast<int>((at.uv[axis] - grid.domain.min[axis]) / extent[axis] * grid.cells), 0,
+                          grid.cells - 1);
     };
     triangle = grid.triangle[index(1) * grid.cells + index(0)];
     int came_from = -1;
@@ -300,7 +309,8 @@ double ControlSpace::size(const SurfacePoint& at) const {
 
 double ControlSpace::least_relative_size() const {
     double least = std::numeric_limits<double>::infinity();
-    for (const Cell& c : cells_) least = std::min(least, *std::min_element(c.h.begin(), c.h.end()) / c.p0.cwiseAbs().maxCoeff());
+    for (const Cell& c : cells_)
+        least = std::min(least, *std::min_element(c.h.begin(), c.h.end()) / c.p0.cwiseAbs().maxCoeff());
     return least;
 }
 

@@ -12,7 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLeastCosine = 0.866;  // of the angle between two curves at a corner, 30 degrees: elements are to have no smaller ones
+constexpr double kLeastCosine =
+    0.866;  // of the angle between two curves at a corner, 30 degrees: elements are to have no smaller ones
 
 // A chain as it is seen from one of its ends.
 struct Branch {
@@ -22,7 +23,8 @@ struct Branch {
 
 class Finder {
   public:
-    Finder(const Triangulation& surface, const SizingRule& rule) : surface_(surface), rule_(rule), points_(surface.soup().points) {}
+    Finder(const Triangulation& surface, const SizingRule& rule)
+        : surface_(surface), rule_(rule), points_(surface.soup().points) {}
 
     std::vector<std::array<int, 2>> run() {
         const std::vector<FeatureChain>& chains = surface_.features().chains;
@@ -36,7 +38,8 @@ class Finder {
             for (std::size_t i = 0; i < branches.size(); ++i)
                 for (std::size_t j = i + 1; j < branches.size(); ++j) part(corner, branches[i], branches[j]);
         for (const FeatureChain& chain : chains)
-            if (!chain.certain && length_of(chain) < size_at(chain.vertex(chain.num_edges() / 2))) drop(chain, 0, chain.num_edges());
+            if (!chain.certain && length_of(chain) < size_at(chain.vertex(chain.num_edges() / 2)))
+                drop(chain, 0, chain.num_edges());
         return std::move(dropped_);
     }
 
@@ -45,7 +48,8 @@ class Finder {
 
     double length_of(const FeatureChain& chain) const {
         double length = 0;
-        for (int i = 0; i < chain.num_edges(); ++i) length += (points_[chain.vertex(i + 1)] - points_[chain.vertex(i)]).norm();
+        for (int i = 0; i < chain.num_edges(); ++i)
+            length += (points_[chain.vertex(i + 1)] - points_[chain.vertex(i)]).norm();
         return length;
     }
 
@@ -85,12 +89,16 @@ class Finder {
         const auto length = [&](const Branch& branch) { return length_of(surface_.features().chains[branch.chain]); };
         const bool first = !is_certain(one) && (is_certain(other) || length(one) < length(other));
         const Branch &weaker = first ? one : other, &stronger = first ? other : one;
-        const auto is_close = [&](int i) { return distance(points_[vertex(weaker, i)], stronger) < size_at(vertex(weaker, i)); };
+        const auto is_close = [&](int i) {
+            return distance(points_[vertex(weaker, i)], stronger) < size_at(vertex(weaker, i));
+        };
         int end = 0;
         while (end < num_edges(weaker) && is_close(end + 1)) ++end;
         const FeatureChain& chain = surface_.features().chains[weaker.chain];
-        if (weaker.reversed) drop(chain, chain.num_edges() - end, chain.num_edges());
-        else drop(chain, 0, end);
+        if (weaker.reversed)
+            drop(chain, chain.num_edges() - end, chain.num_edges());
+        else
+            drop(chain, 0, end);
     }
 
     void drop(const FeatureChain& chain, int from, int to) {
@@ -105,6 +113,8 @@ class Finder {
 
 }  // namespace
 
-std::vector<std::array<int, 2>> crowded_creases(const Triangulation& surface, const SizingRule& rule) { return Finder(surface, rule).run(); }
+std::vector<std::array<int, 2>> crowded_creases(const Triangulation& surface, const SizingRule& rule) {
+    return Finder(surface, rule).run();
+}
 
 }  // namespace gradus

@@ -17,37 +17,44 @@ namespace gradus {
 
 namespace {
 
-constexpr int kMostPieces = 20000;      // of a curve to begin with: patches up to 40 000 times as long as wide
-constexpr double kManyPatches = 512;  // that begin with a full grid each
+constexpr int kMostPieces = 20000;     // of a curve to begin with: patches up to 40 000 times as long as wide
+constexpr double kManyPatches = 512;   // that begin with a full grid each
 constexpr double kLeastAspect = 0.15;  // height over longest edge below which a triangle is a needle worth cutting
 
 // Fixed and free parameter of a side, and its extent.
 struct SideFrame {
-    int along;       // 0: u, 1: v
-    double fixed;    // value of the other parameter
+    int along;     // 0: u, 1: v
+    double fixed;  // value of the other parameter
     double low, high;
 };
 
 SideFrame frame_of(const Domain& domain, Side side) {
     switch (side) {
-        case Side::Bottom: return {0, domain.min.y(), domain.min.x(), domain.max.x()};
-        case Side::Top: return {0, domain.max.y(), domain.min.x(), domain.max.x()};
-        case Side::Left: return {1, domain.min.x(), domain.min.y(), domain.max.y()};
-        case Side::Right: return {1, domain.max.x(), domain.min.y(), domain.max.y()};
+        case Side::Bottom:
+            return {0, domain.min.y(), domain.min.x(), domain.max.x()};
+        case Side::Top:
+            return {0, domain.max.y(), domain.min.x(), domain.max.x()};
+        case Side::Left:
+            return {1, domain.min.x(), domain.min.y(), domain.max.y()};
+        case Side::Right:
+            return {1, domain.max.x(), domain.min.y(), domain.max.y()};
     }
     return {};
 }
 
 bool on_side(const SideFrame& frame, const Eigen::Vector2d& uv) { return uv[1 - frame.along] == frame.fixed; }
 
-double side_parameter(const SideFrame& frame, const Eigen::Vector2d& uv) { return (uv[frame.along] - frame.low) / (frame.high - frame.low); }
+double side_parameter(const SideFrame& frame, const Eigen::Vector2d& uv) {
+    return (uv[frame.along] - frame.low) / (frame.high - frame.low);
+}
 
 // Radius of curvature of the curve along a side; infinite where it is straight or stands still.
 double curve_radius(const PatchModel& model, const SurfacePoint& at, int along) {
     const Jet2 jet = model.patch(at.patch).jet2(at.uv);
     const Eigen::Vector3d d = along == 0 ? jet.du : jet.dv, dd = along == 0 ? jet.duu : jet.dvv;
     const double speed = d.norm(), turn = d.cross(dd).norm();
-    return turn > 1e-12 * speed * speed * speed / model.diagonal() ? speed * speed * speed / turn : std::numeric_limits<double>::infinity();
+    return turn > 1e-12 * speed * speed * speed / model.diagonal() ? speed * speed * speed / turn
+                                                                   : std::numeric_limits<double>::infinity();
 }
 
 // Size by the curvature of the patch, and of the features it lies on.
@@ -82,13 +89,14 @@ double extent_of(const ParametricSurface& patch, int along, int steps) {
     return longest;
 }
 
-// How many pieces each curve starts with. Opposite sides of a patch have the same number, so the classes of curves that are
-// opposite to each other share the largest number any patch asks for. Squares are at most kLongSquare times as long as wide:
-// bisection of longest edges keeps the shape of a needle.
+// How many pieces each curve starts with. Opposite sides of a patch have the same number, so the classes of curves that
+// are opposite to each other share the largest number any patch asks for. Squares are at most kLongSquare times as long
+// as wide: bisection of longest edges keeps the shape of a needle.
 std::vector<int> pieces_per_curve(const PatchModel& model, int cells) {
     constexpr double kLongSquare = 4;
     const int curves = static_cast<int>(model.curves().size());
-    // At least two, so that patches between the same corners have no edge in common; three for sides that close on themselves.
+    // At least two, so that patches between the same corners have no edge in common; three for sides that close on
+    // themselves.
     const int least = std::min(cells, 3);
     std::vector<int> parent(curves), pieces(curves, least);
     for (int c = 0; c < curves; ++c) {
@@ -143,7 +151,9 @@ class Builder {
     const std::vector<Eigen::Vector3d>& points() const { return points_; }
 
   private:
-    double exact_size(const SurfacePoint& at) const { return size_from_radius(rule_, minimal_radius(model_.patch(at.patch), at.uv)); }
+    double exact_size(const SurfacePoint& at) const {
+        return size_from_radius(rule_, minimal_radius(model_.patch(at.patch), at.uv));
+    }
     double size_on_edge(int h, const SurfacePoint& middle) const;
     double length(int h) const { return (points_[mesh_.origin(h)] - points_[mesh_.target(h)]).norm(); }
     int longest_edge(int t) const;
@@ -172,17 +182,20 @@ void Builder::start_from_grid(int cells) {
     for (const ModelVertex& v : model_.vertices()) points_.push_back(v.point);
     for (int c = 0; c < static_cast<int>(model_.curves().size()); ++c) {
         first_on_curve.push_back(static_cast<int>(points_.size()));
-        for (int i = 1; i < pieces[c]; ++i) points_.push_back(model_.position(model_.on_curve(c, 0, static_cast<double>(i) / pieces[c])));
+        for (int i = 1; i < pieces[c]; ++i)
+            points_.push_back(model_.position(model_.on_curve(c, 0, static_cast<double>(i) / pieces[c])));
     }
     const auto curve_vertex = [&](int c, int i) { return first_on_curve[c] + i - 1; };
     for (int p = 0; p < model_.num_patches(); ++p) {
         const Domain domain = model_.patch(p).domain();
-        const int n = pieces[model_.side_curve(p, Side::Bottom).curve], m = pieces[model_.side_curve(p, Side::Left).curve];
+        const int n = pieces[model_.side_curve(p, Side::Bottom).curve],
+                  m = pieces[model_.side_curve(p, Side::Left).curve];
         const auto uniform = [&](int i, int j) {
             // The ends are the domain's own numbers, so that a side is recognised exactly.
             const Eigen::Vector2d s{static_cast<double>(i) / n, static_cast<double>(j) / m};
-            return Eigen::Vector2d(i == n ? domain.max.x() : domain.min.x() + s.x() * (domain.max.x() - domain.min.x()),
-                                   j == m ? domain.max.y() : domain.min.y() + s.y() * (domain.max.y() - domain.min.y()));
+            return Eigen::Vector2d(
+                i == n ? domain.max.x() : domain.min.x() + s.x() * (domain.max.x() - domain.min.x()),
+                j == m ? domain.max.y() : domain.min.y() + s.y() * (domain.max.y() - domain.min.y()));
         };
         std::vector<int> id((n + 1) * (m + 1));
         std::vector<Eigen::Vector2d> uv((n + 1) * (m + 1));
@@ -201,7 +214,10 @@ void Builder::start_from_grid(int cells) {
             const ModelCurve& curve = model_.curves()[c];
             const int count = pieces[c];
             for (int i = 1; i < count; ++i) {
-                const int at = side == Side::Bottom ? i : side == Side::Top ? m * (n + 1) + i : side == Side::Left ? i * (n + 1) : i * (n + 1) + n;
+                const int at = side == Side::Bottom ? i
+                               : side == Side::Top  ? m * (n + 1) + i
+                               : side == Side::Left ? i * (n + 1)
+                                                    : i * (n + 1) + n;
                 if (curve.kind == CurveKind::Pole) {
                     id[at] = curve.ends[0];
                     continue;
@@ -221,11 +237,13 @@ void Builder::start_from_grid(int cells) {
         for (int j = 0; j < m; ++j)
             for (int i = 0; i < n; ++i) {
                 const int a = j * (n + 1) + i, b = a + 1, c = a + n + 2, d = a + n + 1;
-                // The shorter diagonal; at a corner of the patch the one that ends there, as the other one joins two curves, and a
-                // second patch between the same curves would have it too.
+                // The shorter diagonal; at a corner of the patch the one that ends there, as the other one joins two
+                // curves, and a second patch between the same curves would have it too.
                 const bool left = i == 0, right = i == n - 1, bottom = j == 0, top = j == m - 1;
-                const bool through_ac = (left && bottom) || (right && top), through_bd = (right && bottom) || (left && top);
-                const bool shorter = (points_[id[a]] - points_[id[c]]).squaredNorm() <= (points_[id[b]] - points_[id[d]]).squaredNorm();
+                const bool through_ac = (left && bottom) || (right && top),
+                           through_bd = (right && bottom) || (left && top);
+                const bool shorter =
+                    (points_[id[a]] - points_[id[c]]).squaredNorm() <= (points_[id[b]] - points_[id[d]]).squaredNorm();
                 if (through_ac || (shorter && !through_bd)) {
                     add(a, b, c);
                     add(a, c, d);
@@ -268,7 +286,8 @@ void Builder::start_from(const Background& background, std::span<const double> s
     tag_curves();
 }
 
-// Parameters of the ends of h in its triangle. A pole is a whole side of parameters: it is approached along the other end's own line.
+// Parameters of the ends of h in its triangle. A pole is a whole side of parameters: it is approached along the other
+// end's own line.
 std::array<Eigen::Vector2d, 2> Builder::parameters_of(int h) const {
     const int t = h / 3, k = h % 3;
     Eigen::Vector2d a = uv_[t][k], b = uv_[t][(k + 1) % 3];
@@ -276,8 +295,10 @@ std::array<Eigen::Vector2d, 2> Builder::parameters_of(int h) const {
         const auto side = static_cast<Side>(s);
         if (model_.curves()[model_.side_curve(patch_[t], side).curve].kind != CurveKind::Pole) continue;
         const SideFrame frame = frame_of(model_.patch(patch_[t]).domain(), side);
-        if (on_side(frame, a)) a[frame.along] = b[frame.along];
-        else if (on_side(frame, b)) b[frame.along] = a[frame.along];
+        if (on_side(frame, a))
+            a[frame.along] = b[frame.along];
+        else if (on_side(frame, b))
+            b[frame.along] = a[frame.along];
     }
     return {a, b};
 }
@@ -307,7 +328,8 @@ int Builder::longest_edge(int t) const {
     int longest = 3 * t;
     const auto key = [&](int h) {
         // Ties by vertex numbers: both triangles of an edge see the same order.
-        return std::tuple(length(h), std::max(mesh_.origin(h), mesh_.target(h)), std::min(mesh_.origin(h), mesh_.target(h)));
+        return std::tuple(length(h), std::max(mesh_.origin(h), mesh_.target(h)),
+                          std::min(mesh_.origin(h), mesh_.target(h)));
     };
     for (const int h : {3 * t + 1, 3 * t + 2})
         if (key(h) > key(longest)) longest = h;
@@ -345,7 +367,8 @@ double Builder::size_on_edge(int h, const SurfacePoint& middle) const {
     if (curve < 0) return size;
     if (mesh_.twin(h) >= 0) size = std::min(size, exact_size(other_side_of(h, middle)));
     if (is_feature(model_.curves()[curve].kind)) {
-        const SideFrame frame = frame_of(model_.patch(middle.patch).domain(), model_.curves()[curve].uses[use_of(h, curve)].side);
+        const SideFrame frame =
+            frame_of(model_.patch(middle.patch).domain(), model_.curves()[curve].uses[use_of(h, curve)].side);
         size = std::min(size, size_from_radius(rule_, curve_radius(model_, middle, frame.along)));
     }
     return size;
@@ -478,7 +501,8 @@ SizedBackground Builder::result() const {
 
 SizedBackground make_background(const PatchModel& model, const SizingRule& rule, const BackgroundOptions& options) {
     check(rule);
-    if (options.cells < 2) throw std::invalid_argument("make_background: cells = " + std::to_string(options.cells) + " must be 2 or more");
+    if (options.cells < 2)
+        throw std::invalid_argument("make_background: cells = " + std::to_string(options.cells) + " must be 2 or more");
     if (!(options.size_tolerance > 0) || !(options.chord_tolerance > 0) || !(options.finest > 0))
         throw std::invalid_argument("make_background: tolerances must be positive");
     Builder builder(model, rule);
@@ -487,10 +511,12 @@ SizedBackground make_background(const PatchModel& model, const SizingRule& rule,
     builder.start_from_grid(std::max(2, static_cast<int>(std::lround(options.cells * std::sqrt(share)))));
     // Refining for sizes that will be refused in the end takes long: the first grid tells the order of magnitude.
     if (const double expected = builder.unit_triangles(); expected > 2 * options.max_unit_triangles)
-        throw std::length_error(fmt::format("the sizes ask for about {:.15g} triangles, more than {:.0f}", std::round(expected), options.max_unit_triangles));
+        throw std::length_error(fmt::format("the sizes ask for about {:.15g} triangles, more than {:.0f}",
+                                            std::round(expected), options.max_unit_triangles));
     double error = 0;
-    const bool resolved = builder.refine(
-        [&](int t) { return builder.near_prescribed(t) || builder.misrepresented(t, options, &error); }, options.max_triangles);
+    const bool resolved =
+        builder.refine([&](int t) { return builder.near_prescribed(t) || builder.misrepresented(t, options, &error); },
+                       options.max_triangles);
     SizedBackground result = builder.result();
     lower_to_prescribed(rule.at, points_of(result.background.mesh), result.sizes);
     result.largest_error = error;
@@ -511,8 +537,8 @@ std::vector<double> geometric_sizes(const PatchModel& model, const Background& b
     return sizes;
 }
 
-int refine_for_gradation(const PatchModel& model, const SizingRule& rule, double longest, SizedBackground& sized, std::vector<double>& graded,
-                         int max_triangles) {
+int refine_for_gradation(const PatchModel& model, const SizingRule& rule, double longest, SizedBackground& sized,
+                         std::vector<double>& graded, int max_triangles) {
     Builder builder(model, rule);
     builder.start_from(sized.background, sized.sizes);
     std::size_t known = graded.size();
@@ -520,7 +546,8 @@ int refine_for_gradation(const PatchModel& model, const SizingRule& rule, double
         [&](int t) {
             // Sizes of vertices that are new: between those of their parents, until they are graded again.
             for (; known < static_cast<std::size_t>(builder.num_vertices()); ++known) {
-                const auto [a, b] = builder.parents()[graded.size() - (builder.num_vertices() - builder.parents().size())];
+                const auto [a, b] =
+                    builder.parents()[graded.size() - (builder.num_vertices() - builder.parents().size())];
                 graded.push_back(std::sqrt(graded[a] * graded[b]));
             }
             return builder.coarse_for_gradation(t, longest, graded);

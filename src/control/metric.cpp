@@ -6,7 +6,8 @@
 namespace gradus {
 
 double log_size_ratio(double small, double large) {
-    // The difference is exact for sizes within a factor of two; beyond that the quotient loses nothing, unless it overflows.
+    // The difference is exact for sizes within a factor of two; beyond that the quotient loses nothing, unless it
+    // overflows.
     if (large <= 2 * small) return std::log1p((large - small) / small);
     const double ratio = large / small;
     return std::isinf(ratio) ? std::log(large) - std::log(small) : std::log(ratio);

@@ -14,7 +14,8 @@ constexpr double kFar = 0.5;       // of the longest edge of a triangle: nothing
 constexpr int kMostSamples = 500;  // per part of the mesh: enough to tell which part of the background it follows
 
 // The part of the background with the least sum of distances to evenly chosen vertices of a part of the mesh.
-int part_under(std::span<const Eigen::Vector3d> points, const std::vector<int>& vertices, const std::vector<ClosestTriangle>& trees) {
+int part_under(std::span<const Eigen::Vector3d> points, const std::vector<int>& vertices,
+               const std::vector<ClosestTriangle>& trees) {
     const std::size_t step = vertices.size() / kMostSamples + 1;
     int best = 0;
     double least = std::numeric_limits<double>::infinity();
@@ -29,7 +30,8 @@ int part_under(std::span<const Eigen::Vector3d> points, const std::vector<int>& 
 
 }  // namespace
 
-std::vector<int> triangles_under(const TriMesh& background, std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles) {
+std::vector<int> triangles_under(const TriMesh& background, std::span<const Eigen::Vector3d> points,
+                                 std::span<const Triangle> triangles) {
     const auto ground = points_of(background);
     const std::vector<Triangle> cells = triangles_of(background);
     std::vector<int> under(points.size(), 0);

@@ -13,9 +13,9 @@
 
 #include "gradus/control/clearance.hpp"
 #include "gradus/control/control_space.hpp"
+#include "gradus/mesh/closest.hpp"
 #include "gradus/mesh/labels.hpp"
 #include "gradus/mesh/parts.hpp"
-#include "gradus/mesh/closest.hpp"
 
 namespace gradus {
 
@@ -24,18 +24,19 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kAtEnd = 0.1;           // of an edge, where the width of strips is that at its vertex
+constexpr double kAtEnd = 0.1;          // of an edge, where the width of strips is that at its vertex
 constexpr double kSizeTolerance = 0.2;  // |ln(size / interpolated size)| at the middle of an edge that is worth a cut
 constexpr double kShortest = 1;         // metric length of edges that are never cut: the mesh could not show more
-constexpr double kManyRadii = 4;  // of the sharper end of an edge, that the other is away
-constexpr double kHidden = 0.5;         // of the sizes at its ends, from which an edge off features may hide a smaller one
+constexpr double kManyRadii = 4;        // of the sharper end of an edge, that the other is away
+constexpr double kHidden = 0.5;  // of the sizes at its ends, from which an edge off features may hide a smaller one
 constexpr double kFinestPrescribed = 1e-9;  // of the diagonal, down to which the background is cut at a point
 constexpr int kMostPasses = 40;
-constexpr double kFlat = 1e-3;           // of the size: two triangles are flat that rise less
+constexpr double kFlat = 1e-3;  // of the size: two triangles are flat that rise less
 constexpr double kNearlyDelaunay = 1e-9;
 constexpr std::size_t kMostFlips = 20;  // looks at an edge, on average
 constexpr double kFarthestOff = 0.01;   // of the diagonal: meshes of the same surface are nearer to each other
-constexpr double kEdgeShare = 2.4;      // of the rule's chord error, that single edges of the triangulation may be cut off by
+constexpr double kEdgeShare =
+    2.4;  // of the rule's chord error, that single edges of the triangulation may be cut off by
 // Squares of areas and of curvatures, and products of them with lengths, are to be doubles.
 constexpr double kLargestCoordinate = 1e40, kLeastDiagonal = 1e-40;
 
@@ -55,7 +56,8 @@ class ChainCurvature {
     void add(const FeatureChain& chain) {
         const int n = static_cast<int>(chain.vertices.size()), edges = chain.num_edges();
         for (int i = chain.closed ? 0 : 1; i < (chain.closed ? n : n - 1); ++i)
-            curvature_[chain.vertices[i]] = circle_curvature(points_[chain.vertex(i + n - 1)], points_[chain.vertices[i]], points_[chain.vertex(i + 1)]);
+            curvature_[chain.vertices[i]] = circle_curvature(points_[chain.vertex(i + n - 1)],
+                                                             points_[chain.vertices[i]], points_[chain.vertex(i + 1)]);
         if (chain.closed) return;
         const auto is_straight = [&](int i) { return is_straight_chord(points_, chain, i); };
         int first = 0, last = edges - 1;
@@ -97,10 +99,12 @@ double checked_diagonal(const TriangleSoup& soup) {
     for (const Triangle& t : soup.triangles)
         for (const int v : t) {
             const Vector3d& point = soup.points[v];
-            if (!point.allFinite()) throw std::invalid_argument(fmt::format("vertex {} has a coordinate that is not finite", v));
+            if (!point.allFinite())
+                throw std::invalid_argument(fmt::format("vertex {} has a coordinate that is not finite", v));
             if (const double largest = point.cwiseAbs().maxCoeff(); largest > kLargestCoordinate)
-                throw std::invalid_argument(fmt::format("vertex {} has a coordinate of size {:.3g}, beyond {:g}; choose a larger unit of length",
-                                                        v, largest, kLargestCoordinate));
+                throw std::invalid_argument(fmt::format(
+                    "vertex {} has a coordinate of size {:.3g}, beyond {:g}; choose a larger unit of length", v,
+                    largest, kLargestCoordinate));
             low = low.cwiseMin(point);
             high = high.cwiseMax(point);
         }
@@ -108,7 +112,8 @@ double checked_diagonal(const TriangleSoup& soup) {
     if (diagonal == 0) throw std::invalid_argument("a surface without extent");
     if (diagonal < kLeastDiagonal)
         throw std::invalid_argument(
-            fmt::format("the surface has a diagonal of {:.3g}, below {:g}; choose a smaller unit of length", diagonal, kLeastDiagonal));
+            fmt::format("the surface has a diagonal of {:.3g}, below {:g}; choose a smaller unit of length", diagonal,
+                        kLeastDiagonal));
     const bool has_area = std::any_of(soup.triangles.begin(), soup.triangles.end(), [&](const Triangle& t) {
         return (soup.points[t[1]] - soup.points[t[0]]).cross(soup.points[t[2]] - soup.points[t[0]]).norm() > 0;
     });
@@ -134,12 +139,13 @@ std::vector<int> faces_of_wedges(const Wedges& wedges, const FlatFaces& flats) {
     return face;
 }
 
-// Curvature jumps where a flat face ends: it is told from each side alone, and what is larger counts. The surface bends somewhere in the first
-// row of facets beside the face, for all that is known as much as behind it.
+// Curvature jumps where a flat face ends: it is told from each side alone, and what is larger counts. The surface bends
+// somewhere in the first row of facets beside the face, for all that is known as much as behind it.
 // @param face     of wedges
 // @param normals  of facets, averaged around the wedges
-std::vector<WedgeCurvature> estimate_by_sides(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges, const FlatFaces& flats,
-                                              std::span<const int> face, std::span<const Vector3d> normals, const EstimateOptions& options) {
+std::vector<WedgeCurvature> estimate_by_sides(std::span<const Vector3d> points, const Connectivity& mesh,
+                                              const Wedges& wedges, const FlatFaces& flats, std::span<const int> face,
+                                              std::span<const Vector3d> normals, const EstimateOptions& options) {
     if (flats.empty()) return estimate_curvature(points, mesh, wedges, normals, options);
     const int corners = 3 * mesh.num_triangles();
     Connectivity parted = mesh;
@@ -159,7 +165,8 @@ std::vector<WedgeCurvature> estimate_by_sides(std::span<const Vector3d> points, 
         const int wedge = wedges.of_corner[h];
         include(of_side[sides.of_corner[h]], curvature[wedge]);
         if (flats.of(h / 3) >= 0 || face[wedge] < 0) continue;
-        for (const int e : {Connectivity::next(h), Connectivity::prev(h)}) include(of_side[sides.of_corner[e]], curvature[wedge]);
+        for (const int e : {Connectivity::next(h), Connectivity::prev(h)})
+            include(of_side[sides.of_corner[e]], curvature[wedge]);
     }
     return curvature;
 }
@@ -170,23 +177,29 @@ std::vector<int> ends_of_labels(const TriangleSoup& soup) {
     std::vector<int> ends;
     for (std::size_t e = 0; e < soup.edge_labels.size(); ++e)
         for (const int v : soup.edges[e])
-            if (const auto [known, is_new] = label.emplace(v, soup.edge_labels[e]); !is_new && known->second != soup.edge_labels[e]) ends.push_back(v);
+            if (const auto [known, is_new] = label.emplace(v, soup.edge_labels[e]);
+                !is_new && known->second != soup.edge_labels[e])
+                ends.push_back(v);
     return ends;
 }
 
 void label_chains(const TriangleSoup& soup, std::vector<FeatureChain>& chains) {
     const auto sorted = [](int a, int b) { return std::array{std::min(a, b), std::max(a, b)}; };
     std::map<std::array<int, 2>, int> label;
-    for (std::size_t e = 0; e < soup.edge_labels.size(); ++e) label.emplace(sorted(soup.edges[e][0], soup.edges[e][1]), soup.edge_labels[e]);
+    for (std::size_t e = 0; e < soup.edge_labels.size(); ++e)
+        label.emplace(sorted(soup.edges[e][0], soup.edges[e][1]), soup.edge_labels[e]);
     if (label.empty()) return;
     for (FeatureChain& chain : chains)
-        if (const auto found = label.find(sorted(chain.vertex(0), chain.vertex(1))); found != label.end()) chain.label = found->second;
+        if (const auto found = label.find(sorted(chain.vertex(0), chain.vertex(1))); found != label.end())
+            chain.label = found->second;
 }
 
 }  // namespace
 
 Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& options)
-    : soup_(std::move(soup)), mesh_(static_cast<int>(soup_.points.size()), soup_.triangles), diagonal_(checked_diagonal(soup_)) {
+    : soup_(std::move(soup)),
+      mesh_(static_cast<int>(soup_.points.size()), soup_.triangles),
+      diagonal_(checked_diagonal(soup_)) {
     std::vector<int> corners = soup_.corners;
     for (const int v : ends_of_labels(soup_)) corners.push_back(v);
     KnownFeatures known{.edges = soup_.edges, .corners = corners};
@@ -199,7 +212,8 @@ Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& opti
     const ThinRounds thin = find_thin_rounds(soup_.points, mesh_, regions, flats_, options.negligible_height, finest);
     FeatureOptions features = options.features;
     features.no_creases.insert(features.no_creases.end(), thin.others.begin(), thin.others.end());
-    for (const std::array<int, 2>& edge : thin.others) features.no_corners.insert(features.no_corners.end(), edge.begin(), edge.end());
+    for (const std::array<int, 2>& edge : thin.others)
+        features.no_corners.insert(features.no_corners.end(), edge.begin(), edge.end());
     std::vector<std::array<int, 2>> edges = soup_.edges;
     edges.insert(edges.end(), thin.ridges.begin(), thin.ridges.end());
     known.edges = edges;
@@ -211,7 +225,8 @@ Triangulation::Triangulation(TriangleSoup soup, const TriangulationOptions& opti
     const std::vector<int> face = faces_of_wedges(wedges_, flats_);
     for (int wedge = 0; wedge < wedges_.size(); ++wedge)
         if (face[wedge] >= 0) normals[wedge] = flats_.normals[face[wedge]];
-    curvature_ = estimate_by_sides(soup_.points, mesh_, wedges_, flats_, face, normals, {.least_curvature = options.least_curvature});
+    curvature_ = estimate_by_sides(soup_.points, mesh_, wedges_, flats_, face, normals,
+                                   {.least_curvature = options.least_curvature});
     ChainCurvature on_chains(soup_.points, options.negligible_height, finest);
     for (const FeatureChain& chain : features_.chains) on_chains.add(chain);
     curve_curvature_ = on_chains.result();
@@ -223,7 +238,8 @@ namespace {
 // What the planes around a vertex tell of the surface there.
 class Strips {
   public:
-    Strips(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges, const PlanarRegions& regions, const FlatFaces& flats)
+    Strips(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges,
+           const PlanarRegions& regions, const FlatFaces& flats)
         : points_(points), mesh_(mesh), wedges_(wedges), regions_(regions), flats_(flats) {}
 
     void look_at(int wedge) {
@@ -236,10 +252,11 @@ class Strips {
         });
     }
 
-    double largest = 0;                   // curvature: how much strips turn over their width, 0 if there are none
+    double largest = 0;                    // curvature: how much strips turn over their width, 0 if there are none
     double along_long = 0;                 // the same of the edges along long strips
     std::vector<int> long_strips;          // regions that are long where others end
-    Vector3d straight = Vector3d::Zero();  // unit, a direction in which there is a long strip and nothing as long behind; zero if there is none
+    Vector3d straight = Vector3d::Zero();  // unit, a direction in which there is a long strip and nothing as long
+                                           // behind; zero if there is none
 
   private:
     bool is_plane(int h) const { return regions_.is_plane(regions_.of(h / 3)); }
@@ -261,7 +278,8 @@ class Strips {
             // What is wide is no part of the round that begins beside it.
             const bool is_long = width[k] > kAlikeWidths * width[1 - k] && width[1 - k] > 0;
             if (flats_.of(sides[k] / 3) < 0 && !is_long) sum += width[k] / 2;
-            if (is_long && std::abs(turn) <= kSharpestRound) add_straight(sides[k]), long_strips.push_back(regions_.of(sides[k] / 3)), is_end = true;
+            if (is_long && std::abs(turn) <= kSharpestRound)
+                add_straight(sides[k]), long_strips.push_back(regions_.of(sides[k] / 3)), is_end = true;
         }
         if (!(sum > 0)) return;
         if (std::abs(turn) > std::abs(largest) * sum) largest = turn / sum;
@@ -269,7 +287,8 @@ class Strips {
     }
 
     void add_straight(int h) {
-        const Vector3d way = regions_.normal_at(h / 3).cross(points_[mesh_.target(h)] - points_[mesh_.origin(h)]).stableNormalized();
+        const Vector3d way =
+            regions_.normal_at(h / 3).cross(points_[mesh_.target(h)] - points_[mesh_.origin(h)]).stableNormalized();
         straight = (straight + (straight.dot(way) < 0 ? Vector3d(-way) : way)).stableNormalized();
     }
 
@@ -282,11 +301,12 @@ class Strips {
 
 }  // namespace
 
-// Polynomials see what is flat and the rounds beside it, and little of rounds of few strips. The strips, between tangent planes, tell better;
-// thin rounds do not count.
+// Polynomials see what is flat and the rounds beside it, and little of rounds of few strips. The strips, between
+// tangent planes, tell better; thin rounds do not count.
 // @param face     of wedges, flat
 // @param normals  of facets, averaged around the wedges; those of flat faces
-void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& thin, std::span<const int> face, std::span<const Vector3d> normals) {
+void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& thin, std::span<const int> face,
+                                std::span<const Vector3d> normals) {
     Strips strips(soup_.points, mesh_, wedges_, regions, flats_);
     std::vector<std::pair<int, double>> at_long_strips;
     for (int wedge = 0; wedge < wedges_.size(); ++wedge) {
@@ -303,16 +323,21 @@ void Triangulation::heed_strips(const PlanarRegions& regions, const ThinRounds& 
         if (at_flat) curvature.normal = normals[wedge];
         if (is_thin || (!at_flat && !of_planes)) continue;
         strips.look_at(wedge);
-        if (!at_flat) curvature.normal = (curvature.normal - curvature.normal.dot(strips.straight) * strips.straight).stableNormalized();
-        const double largest = strips.largest, k2 = at_flat ? 0 : std::clamp(curvature.k2, -std::abs(largest), std::abs(largest));
+        if (!at_flat)
+            curvature.normal =
+                (curvature.normal - curvature.normal.dot(strips.straight) * strips.straight).stableNormalized();
+        const double largest = strips.largest,
+                     k2 = at_flat ? 0 : std::clamp(curvature.k2, -std::abs(largest), std::abs(largest));
         if (largest != 0) curvature = {largest, k2, curvature.normal, 0, 0};
         wedges_.for_each(mesh_, wedge, [&](int h) {
             const std::vector<int>& ends = strips.long_strips;
-            if (std::find(ends.begin(), ends.end(), regions.of(h / 3)) != ends.end()) at_long_strips.emplace_back(h, std::abs(strips.along_long));
+            if (std::find(ends.begin(), ends.end(), regions.of(h / 3)) != ends.end())
+                at_long_strips.emplace_back(h, std::abs(strips.along_long));
         });
     }
     corner_curvature_.resize(wedges_.of_corner.size());
-    for (int h = 0; h < std::ssize(corner_curvature_); ++h) corner_curvature_[h] = flats_.of(h / 3) >= 0 ? 0 : std::abs(curvature_[wedges_.of_corner[h]].k1);
+    for (int h = 0; h < std::ssize(corner_curvature_); ++h)
+        corner_curvature_[h] = flats_.of(h / 3) >= 0 ? 0 : std::abs(curvature_[wedges_.of_corner[h]].k1);
     for (const auto& [h, curvature] : at_long_strips) corner_curvature_[h] = curvature;
 }
 
@@ -331,14 +356,17 @@ SmoothSupport Triangulation::support(const SmoothSupport::Options& options) cons
 
 namespace {
 
-TriangulationBackground background_of(std::span<const Vector3d> points, std::span<const Triangle> triangles, std::span<const double> sizes) {
-    TriangulationBackground background{{make_mesh(points, triangles), {}, {}}, {sizes.begin(), sizes.end()}, std::vector<int>(points.size(), 0)};
+TriangulationBackground background_of(std::span<const Vector3d> points, std::span<const Triangle> triangles,
+                                      std::span<const double> sizes) {
+    TriangulationBackground background{
+        {make_mesh(points, triangles), {}, {}}, {sizes.begin(), sizes.end()}, std::vector<int>(points.size(), 0)};
     for (int t = static_cast<int>(triangles.size()) - 1; t >= 0; --t)
         for (const int v : triangles[t]) background.cells[v] = t;
     return background;
 }
 
-// Elements beside frozen ones are to be as large as these, though larger than asked for only as far as the surface allows.
+// Elements beside frozen ones are to be as large as these, though larger than asked for only as far as the surface
+// allows.
 // @param most  largest size of a vertex that its surroundings allow, if that is below a length
 template <class Most>
 void heed_frozen(const Triangulation& surface, const Most& most, std::vector<double>& sizes) {
@@ -351,7 +379,9 @@ void heed_frozen(const Triangulation& surface, const Most& most, std::vector<dou
 
 // Largest size of a vertex by curvature alone, if that is below a length.
 auto most_by_curvature(const Triangulation& surface) {
-    return [&surface](int v, double length) { return std::min(length, size_from_radius(SizingRule{}, 1 / std::max(surface.largest_curvature(v), 1e-300))); };
+    return [&surface](int v, double length) {
+        return std::min(length, size_from_radius(SizingRule{}, 1 / std::max(surface.largest_curvature(v), 1e-300)));
+    };
 }
 
 // What a rule says beside curvature, at places of the triangulation.
@@ -361,7 +391,8 @@ class Bounds {
         const std::vector<int>& labels = surface.soup().labels;
         for (const SizingRule::Region& region : rule.regions)
             if (std::find(labels.begin(), labels.end(), region.label) == labels.end())
-                throw std::invalid_argument("no triangle has the label " + std::to_string(region.label) + "; " + labels_there(labels));
+                throw std::invalid_argument("no triangle has the label " + std::to_string(region.label) + "; " +
+                                            labels_there(labels));
     }
 
     struct Bound {
@@ -373,7 +404,8 @@ class Bounds {
     Bound at(std::span<const SidedPlace> sides, double size, double finest) const {
         Bound bound{size};
         for (const SidedPlace& side : sides) {
-            lower(bound, rule_.feature_clearance, finest, [&](double reach) { return finder_.feature(side, reach, reach); });
+            lower(bound, rule_.feature_clearance, finest,
+                  [&](double reach) { return finder_.feature(side, reach, reach); });
             lower(bound, rule_.sheet_clearance, finest, [&](double reach) { return finder_.sheet(side, reach); });
         }
         for (const SizingRule::Region& region : rule_.regions)
@@ -395,7 +427,8 @@ class Bounds {
         const std::vector<int>& labels = surface_.soup().labels;
         bool touching = labels[side.triangle] == label;
         if (side.wedge >= 0)
-            surface_.wedges().for_each(surface_.mesh(), side.wedge, [&](int h) { touching = touching || labels[h / 3] == label; });
+            surface_.wedges().for_each(surface_.mesh(), side.wedge,
+                                       [&](int h) { touching = touching || labels[h / 3] == label; });
         const int g = side.half_edge >= 0 ? surface_.mesh().twin(side.half_edge) : -1;
         return touching || (g >= 0 && labels[g / 3] == label);
     }
@@ -429,7 +462,8 @@ class Cutter {
         for (const int t : parent_) pieces_.push_back({mesh_.triangle(t), t});
         std::vector<Bounds::Bound> bounds(points_.size(), {rule.hmax});
         in_parallel(bounds.size(), [&](int v) {
-            if (mesh_.is_live_vertex(v)) bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v), limits_at(v).finest);
+            if (mesh_.is_live_vertex(v))
+                bounds[v] = bounds_.at(sides_of_vertex(surface, v), curvature_size_at(v), limits_at(v).finest);
         });
         for (const Bounds::Bound& bound : bounds) sizes_.push_back(bound.size);
         heed_short_curves();
@@ -438,7 +472,10 @@ class Cutter {
         const auto most = [&](int v, double length) {
             double curvature = on_curve_[v];
             mesh_.for_each_outgoing(v, [&](int h) { curvature = std::max(curvature, at_corner_[h]); });
-            return bounds_.at(sides_of_vertex(surface, v), std::min(length, size_from_radius(unclamped, 1 / std::max(curvature, 1e-300))), limits_at(v).finest).size;
+            return bounds_
+                .at(sides_of_vertex(surface, v),
+                    std::min(length, size_from_radius(unclamped, 1 / std::max(curvature, 1e-300))), limits_at(v).finest)
+                .size;
         };
         heed_frozen(surface, most, sizes_);
         for (const Bounds::Bound& bound : bounds) note(bound);
@@ -470,7 +507,8 @@ class Cutter {
                 }
     }
 
-    // Flat parts get the triangles that follow slopes best, Delaunay's: on slivers a bound on the slope of sizes says little, slowly.
+    // Flat parts get the triangles that follow slopes best, Delaunay's: on slivers a bound on the slope of sizes says
+    // little, slowly.
     void flatten_slivers() {
         std::vector<int> queue;
         std::vector<char> queued(3 * static_cast<std::size_t>(mesh_.num_triangles()), 0);
@@ -516,11 +554,14 @@ class Cutter {
         });
     }
 
-    // Whether the angles opposite to the edge of h sum to more than half a turn, in two triangles that are flat and convex together.
+    // Whether the angles opposite to the edge of h sum to more than half a turn, in two triangles that are flat and
+    // convex together.
     bool is_better_flipped(int h) const {
         const int g = mesh_.twin(h);
-        if (g < 0 || mesh_.tag(h) >= 0 || mesh_.valence(mesh_.origin(h)) < 4 || mesh_.valence(mesh_.target(h)) < 4) return false;
-        const Vector3d &a = points_[mesh_.origin(h)], &b = points_[mesh_.target(h)], &c = points_[mesh_.apex(h)], &d = points_[mesh_.apex(g)];
+        if (g < 0 || mesh_.tag(h) >= 0 || mesh_.valence(mesh_.origin(h)) < 4 || mesh_.valence(mesh_.target(h)) < 4)
+            return false;
+        const Vector3d &a = points_[mesh_.origin(h)], &b = points_[mesh_.target(h)], &c = points_[mesh_.apex(h)],
+                       &d = points_[mesh_.apex(g)];
         const auto cot = [](const Vector3d& at, const Vector3d& p, const Vector3d& q) {
             const double area2 = (p - at).cross(q - at).norm();
             return area2 > 0 ? (p - at).dot(q - at) / area2 : (p - at).dot(q - at) < 0 ? -1e30 : 1e30;
@@ -535,21 +576,23 @@ class Cutter {
 
     double length(int h) const { return (points_[mesh_.target(h)] - points_[mesh_.origin(h)]).norm(); }
 
-    // An edge of length h across one where two facets meet at an angle is h / 2 sin(angle / 2) off it, as long as it reaches no farther
-    // than the facets: there they ask for more than the curvature, which is smoothed.
+    // An edge of length h across one where two facets meet at an angle is h / 2 sin(angle / 2) off it, as long as it
+    // reaches no farther than the facets: there they ask for more than the curvature, which is smoothed.
     void heed_edges() {
         for (int h = 0; h < 3 * mesh_.num_triangles(); ++h) {
             const int g = mesh_.twin(h);
             if (g < h || mesh_.tag(h) >= 0) continue;
             const Vector3d edge = points_[mesh_.target(h)] - points_[mesh_.origin(h)];
-            const Vector3d n = edge.cross(points_[mesh_.apex(h)] - points_[mesh_.origin(h)]), m = (points_[mesh_.apex(g)] - points_[mesh_.origin(h)]).cross(edge);
+            const Vector3d n = edge.cross(points_[mesh_.apex(h)] - points_[mesh_.origin(h)]),
+                           m = (points_[mesh_.apex(g)] - points_[mesh_.origin(h)]).cross(edge);
             const double angle = std::atan2(n.cross(m).norm(), n.dot(m)), rise = std::sin(angle / 2);
             const double width = std::min(n.norm(), m.norm()) / edge.norm(), gap = kEdgeShare * rule_.value;
             if (!(width * rise > gap)) continue;
             // The radius for which the rule gives the size 2 gap / rise.
             const double size = 2 * gap / rise, radius = (size * size / (4 * rule_.value) + rule_.value) / 2;
             for (const int side : {h, g})
-                for (const int e : {side, Connectivity::next(side)}) at_corner_[e] = std::max(at_corner_[e], 1 / radius);
+                for (const int e : {side, Connectivity::next(side)})
+                    at_corner_[e] = std::max(at_corner_[e], 1 / radius);
         }
     }
 
@@ -559,7 +602,8 @@ class Cutter {
         for (const FeatureChain& chain : surface_.features().chains) {
             if (chain.closed || chain.vertices.front() == chain.vertices.back()) continue;
             double length = 0;
-            for (int i = 0; i < chain.num_edges(); ++i) length += (points_[chain.vertex(i + 1)] - points_[chain.vertex(i)]).norm();
+            for (int i = 0; i < chain.num_edges(); ++i)
+                length += (points_[chain.vertex(i + 1)] - points_[chain.vertex(i)]).norm();
             const double most = std::max(rule_.feature_clearance * length, limits_at(chain.vertices.front()).finest);
             for (const int v : chain.vertices) sizes_[v] = std::min(sizes_[v], most);
         }
@@ -571,7 +615,8 @@ class Cutter {
     };
     Limits limits_at(int v) const {
         const double hmin = rule_.hmin * (rule_.hmin_by_part ? share_[v] : 1);
-        return {hmin, std::max(hmin, rule_.hmax * (rule_.hmax_by_part ? share_[v] : 1)), rule_.hmin_by_part ? kFinestSize * hmin : hmin};
+        return {hmin, std::max(hmin, rule_.hmax * (rule_.hmax_by_part ? share_[v] : 1)),
+                rule_.hmin_by_part ? kFinestSize * hmin : hmin};
     }
 
     // @param v  a vertex of the same part
@@ -586,14 +631,16 @@ class Cutter {
         return size_of(largest, v);
     }
 
-    // What is as sharp as one end does not reach to the middle of an edge that is many radii long. Along a cone radii grow evenly.
+    // What is as sharp as one end does not reach to the middle of an edge that is many radii long. Along a cone radii
+    // grow evenly.
     double middle_curvature(int h) const {
         const double a = at_corner_[h], b = at_corner_[Connectivity::next(h)];
         if (std::max(a, b) * length(h) <= kManyRadii) return (a + b) / 2;
         return 2 * a * b / (a + b);
     }
 
-    // Cuts the triangles at a prescribed point until one of their corners is no farther from it than the size that holds there.
+    // Cuts the triangles at a prescribed point until one of their corners is no farther from it than the size that
+    // holds there.
     void cut_to(const SizingRule::At& at, int closest, int max_triangles) {
         const double size = std::max(at.size, kFinestPrescribed * surface_.diagonal());
         while (mesh_.num_triangles() < max_triangles) {
@@ -614,8 +661,10 @@ class Cutter {
         const int g = mesh_.twin(h);
         double curvature = middle_curvature(h);
         if (g >= 0) curvature = std::max(curvature, middle_curvature(g));
-        if (mesh_.tag(h) >= 0) curvature = std::max(curvature, (on_curve_[mesh_.origin(h)] + on_curve_[mesh_.target(h)]) / 2);
-        Bounds::Bound bound = bounds_.at(middle_of(h), size_of(curvature, mesh_.origin(h)), limits_at(mesh_.origin(h)).finest);
+        if (mesh_.tag(h) >= 0)
+            curvature = std::max(curvature, (on_curve_[mesh_.origin(h)] + on_curve_[mesh_.target(h)]) / 2);
+        Bounds::Bound bound =
+            bounds_.at(middle_of(h), size_of(curvature, mesh_.origin(h)), limits_at(mesh_.origin(h)).finest);
         // Along a frozen edge there is one element: larger ones are not asked for.
         if (source_[h] >= 0 && surface_.frozen().has_edge(source_[h])) {
             const double between = (sizes_[mesh_.origin(h)] + sizes_[mesh_.target(h)]) / 2;
@@ -644,7 +693,8 @@ class Cutter {
     bool misrepresents(int h) {
         if (!may_misrepresent(h)) return false;
         const double ha = sizes_[mesh_.origin(h)], hb = sizes_[mesh_.target(h)], size = middle_size(h);
-        return length(h) > kShortest * std::min({ha, hb, size}) && std::abs(std::log(2 * size / (ha + hb))) > kSizeTolerance;
+        return length(h) > kShortest * std::min({ha, hb, size}) &&
+               std::abs(std::log(2 * size / (ha + hb))) > kSizeTolerance;
     }
 
     // All that cutting is going to ask for at first.
@@ -657,7 +707,9 @@ class Cutter {
         for (std::size_t i = 0; i < unknown.size(); ++i) set_middle(unknown[i], bounds[i]);
     }
 
-    bool needs_cut(int h) { return misrepresents(h) || hides_faced(h) || (mesh_.twin(h) >= 0 && hides_faced(mesh_.twin(h))); }
+    bool needs_cut(int h) {
+        return misrepresents(h) || hides_faced(h) || (mesh_.twin(h) >= 0 && hides_faced(mesh_.twin(h)));
+    }
 
     // The longest edge of a triangle that something faces is cut.
     bool hides_faced(int h) const {
@@ -670,7 +722,8 @@ class Cutter {
     bool is_missed(int t, const Faced& faced) const {
         const Triangle v = mesh_.triangle(t);
         const Vector3d &a = points_[v[0]], &b = points_[v[1]], &c = points_[v[2]], &q = faced.point;
-        const double weight[3] = {(c - b).cross(q - b).norm(), (a - c).cross(q - c).norm(), (b - a).cross(q - a).norm()};
+        const double weight[3] = {(c - b).cross(q - b).norm(), (a - c).cross(q - c).norm(),
+                                  (b - a).cross(q - a).norm()};
         const double whole = weight[0] + weight[1] + weight[2];
         if (!(whole > 0)) return false;
         double size = 0;
@@ -687,11 +740,15 @@ class Cutter {
 
     int nearest_corner(int t, const Vector3d& q) const {
         const Triangle v = mesh_.triangle(t);
-        const auto is_nearer = [&](int x, int y) { return (points_[x] - q).squaredNorm() < (points_[y] - q).squaredNorm(); };
+        const auto is_nearer = [&](int x, int y) {
+            return (points_[x] - q).squaredNorm() < (points_[y] - q).squaredNorm();
+        };
         return *std::min_element(v.begin(), v.end(), is_nearer);
     }
 
-    double distance(const Triangle& v, const Vector3d& q) const { return (closest_point(q, points_[v[0]], points_[v[1]], points_[v[2]]) - q).norm(); }
+    double distance(const Triangle& v, const Vector3d& q) const {
+        return (closest_point(q, points_[v[0]], points_[v[1]], points_[v[2]]) - q).norm();
+    }
 
     // The piece of a triangle of the triangulation that is closest to a point of it.
     int piece_at(int triangle, const Vector3d& q) const {
@@ -707,7 +764,8 @@ class Cutter {
     void note(const Bounds::Bound& bound) {
         if (bound.faced.triangle < 0) return;
         const int holder = piece_at(bound.faced.triangle, bound.faced.point);
-        if (length(longest_of(holder)) > kShortest * bound.size) faced_[holder].push_back({bound.faced.point, bound.size});
+        if (length(longest_of(holder)) > kShortest * bound.size)
+            faced_[holder].push_back({bound.faced.point, bound.size});
     }
 
     // The longest edge of the triangles that follow each other, each across the longest edge of the last.
@@ -736,13 +794,15 @@ class Cutter {
         for (int t = known; t < mesh_.num_triangles(); ++t) divide(t == known ? h : twin, t);
     }
 
-    // Divides what is known of the triangle of half-edge h, which now ends in the new vertex, with the triangle beyond that.
+    // Divides what is known of the triangle of half-edge h, which now ends in the new vertex, with the triangle beyond
+    // that.
     void divide(int h, int fresh) {
         const int t = h / 3, n = Connectivity::next(h), p = Connectivity::prev(h);
         parent_.push_back(parent_[t]);
         pieces_[piece_of_[t]].half = static_cast<int>(pieces_.size());
         piece_of_.push_back(0);
-        for (const int half : {t, fresh}) piece_of_[half] = static_cast<int>(pieces_.size()), pieces_.push_back({mesh_.triangle(half), half});
+        for (const int half : {t, fresh})
+            piece_of_[half] = static_cast<int>(pieces_.size()), pieces_.push_back({mesh_.triangle(half), half});
         const double middle = middle_curvature(h);
         at_corner_.insert(at_corner_.end(), {middle, at_corner_[n], at_corner_[p]});
         at_corner_[n] = middle;
@@ -766,9 +826,9 @@ class Cutter {
     Connectivity mesh_;
     std::vector<Vector3d> points_;
     std::vector<double> on_curve_, at_corner_, sizes_;
-    std::vector<int> source_;             // half-edge of the triangulation that holds each half-edge, or -1
-    std::vector<double> middle_size_;     // of each half-edge's edge, or kUnknown
-    std::vector<int> parent_;             // triangle of the triangulation that holds each triangle
+    std::vector<int> source_;          // half-edge of the triangulation that holds each half-edge, or -1
+    std::vector<double> middle_size_;  // of each half-edge's edge, or kUnknown
+    std::vector<int> parent_;          // triangle of the triangulation that holds each triangle
     std::vector<std::vector<Faced>> faced_;
     // The triangles of the triangulation, by their numbers, and the pieces they were cut into, by halves.
     struct Piece {
@@ -821,14 +881,16 @@ std::vector<int> closest_triangles(const MeshOf& from, const MeshOf& to) {
     std::vector<ClosestTriangle::Hit> hits(from.points.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, hits.size(), 512), [&](const auto& range) {
         int last = -1;  // vertices that follow each other are often near each other
-        for (std::size_t v = range.begin(); v < range.end(); ++v) hits[v] = tree.closest(from.points[v], last), last = hits[v].triangle;
+        for (std::size_t v = range.begin(); v < range.end(); ++v)
+            hits[v] = tree.closest(from.points[v], last), last = hits[v].triangle;
     });
     const std::vector<char> counts = in_triangles(from.points.size(), from.triangles);
     std::vector<int> closest;
     for (std::size_t v = 0; v < hits.size(); ++v) {
         if (counts[v] && hits[v].distance > kFarthestOff * box.diagonal().norm())
-            throw std::invalid_argument(fmt::format("not a mesh of the same surface: vertex {} of one (counted from 0) is {:.3g} from the other", v,
-                                                    hits[v].distance));
+            throw std::invalid_argument(fmt::format(
+                "not a mesh of the same surface: vertex {} of one (counted from 0) is {:.3g} from the other", v,
+                hits[v].distance));
         closest.push_back(hits[v].triangle);
     }
     return closest;
@@ -836,7 +898,8 @@ std::vector<int> closest_triangles(const MeshOf& from, const MeshOf& to) {
 
 bool begins_with(const TriangleSoup& mesh, const Triangulation& surface) {
     const std::vector<Vector3d>& points = surface.soup().points;
-    if (mesh.points.size() < points.size() || !std::equal(points.begin(), points.end(), mesh.points.begin())) return false;
+    if (mesh.points.size() < points.size() || !std::equal(points.begin(), points.end(), mesh.points.begin()))
+        return false;
     const std::vector<char> in = in_triangles(mesh.points.size(), mesh.triangles);
     for (int v = 0; v < std::ssize(points); ++v)
         if (surface.mesh().is_live_vertex(v) && !in[v]) return false;
@@ -845,17 +908,20 @@ bool begins_with(const TriangleSoup& mesh, const Triangulation& surface) {
 
 }  // namespace
 
-TriangulationBackground make_background(const Triangulation& surface, const TriangleSoup& mesh, std::span<const double> sizes) {
+TriangulationBackground make_background(const Triangulation& surface, const TriangleSoup& mesh,
+                                        std::span<const double> sizes) {
     if (mesh.triangles.empty()) throw std::invalid_argument("a background without triangles");
     if (sizes.size() != mesh.points.size())
-        throw std::invalid_argument(fmt::format("{} sizes for the {} vertices of the background", sizes.size(), mesh.points.size()));
+        throw std::invalid_argument(
+            fmt::format("{} sizes for the {} vertices of the background", sizes.size(), mesh.points.size()));
     TriangulationBackground result = background_of(mesh.points, mesh.triangles, sizes);
     if (begins_with(mesh, surface)) {
         heed_frozen(surface, most_by_curvature(surface), result.sizes);
         return result;
     }
     if (!surface.frozen().empty())
-        throw std::invalid_argument("where elements are required the background must begin with the vertices of the surface, in their order");
+        throw std::invalid_argument(
+            "where elements are required the background must begin with the vertices of the surface, in their order");
     result.cells = closest_triangles({surface.soup().points, surface.soup().triangles}, {mesh.points, mesh.triangles});
     return result;
 }
@@ -863,7 +929,8 @@ TriangulationBackground make_background(const Triangulation& surface, const Tria
 std::vector<double> sizes_at(const TriangulationBackground& map, const TriangleSoup& mesh) {
     const ControlSpace control(map.background, map.sizes);
     const std::vector<Triangle> triangles = triangles_of(map.background.mesh);
-    std::vector<int> closest = closest_triangles({mesh.points, mesh.triangles}, {points_of(map.background.mesh), triangles});
+    std::vector<int> closest =
+        closest_triangles({mesh.points, mesh.triangles}, {points_of(map.background.mesh), triangles});
     std::vector<double> sizes;
     for (std::size_t v = 0; v < closest.size(); ++v) sizes.push_back(control.size(mesh.points[v], closest[v]));
     return sizes;

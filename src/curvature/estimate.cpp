@@ -23,15 +23,17 @@ using Eigen::Vector3d;
 constexpr int kQuadratic = 6, kCubic = 10, kQuartic = 15;    // coefficients
 constexpr int kEnoughForCubic = 15, kEnoughForQuartic = 17;  // vertices, the one in the middle among them
 constexpr int kMostVertices = 400;
-constexpr double kFarthestTurn = 0.7;  // cosine of the angle between normals, 45 degrees: polynomials do not follow what turns farther
-constexpr double kSameNoise = 10;       // of the variance of residuals: with more rings it grows only where the surface is no polynomial
+constexpr double kFarthestTurn =
+    0.7;  // cosine of the angle between normals, 45 degrees: polynomials do not follow what turns farther
+constexpr double kSameNoise =
+    10;  // of the variance of residuals: with more rings it grows only where the surface is no polynomial
 constexpr double kSigmas = 3, kLeastRoot = 0.1;  // of the bound on a variance that is told by few residuals
-constexpr double kLead = 0.6;          // of the errors of a cubic and a quartic: a cubic ahead by less is so by chance
-constexpr double kFall = 0.8;          // the outermost ring weighs 1 / (1 + kFall)
-constexpr double kNormalWeight = 0.5;  // of a slope against a height, once both are lengths
-constexpr double kTurnedWeight = 0.01; // of the height of a neighbour that is turned farther
-constexpr double kFlatWeight = 1e-4;   // of the height there that a bend on the way would lead to
-constexpr double kRidge = 1e-12;       // keeps what the vertices do not tell near zero
+constexpr double kLead = 0.6;           // of the errors of a cubic and a quartic: a cubic ahead by less is so by chance
+constexpr double kFall = 0.8;           // the outermost ring weighs 1 / (1 + kFall)
+constexpr double kNormalWeight = 0.5;   // of a slope against a height, once both are lengths
+constexpr double kTurnedWeight = 0.01;  // of the height of a neighbour that is turned farther
+constexpr double kFlatWeight = 1e-4;    // of the height there that a bend on the way would lead to
+constexpr double kRidge = 1e-12;        // keeps what the vertices do not tell near zero
 
 // The wedges and their neighbours, numbered anew so that those near each other are near each other in memory too.
 struct Graph {
@@ -41,7 +43,8 @@ struct Graph {
     std::vector<int> first, neighbours;     // those of one after those of another
     int most_neighbours = 0;
 
-    Graph(std::span<const Vector3d> point_of, const Connectivity& mesh, const Wedges& wedges, std::span<const Vector3d> normal_of) {
+    Graph(std::span<const Vector3d> point_of, const Connectivity& mesh, const Wedges& wedges,
+          std::span<const Vector3d> normal_of) {
         const std::size_t size = wedges.size();
         std::vector<int> number(size, -1);
         wedge.reserve(size);
@@ -79,7 +82,9 @@ struct Graph {
         first.push_back(static_cast<int>(neighbours.size()));
     }
     int size() const { return static_cast<int>(wedge.size()); }
-    std::span<const int> neighbours_of(int i) const { return std::span(neighbours).subspan(first[i], first[i + 1] - first[i]); }
+    std::span<const int> neighbours_of(int i) const {
+        return std::span(neighbours).subspan(first[i], first[i + 1] - first[i]);
+    }
 };
 
 // The wedges some rings around one, ring by ring. Reused from wedge to wedge.
@@ -99,7 +104,8 @@ class Neighbourhood {
         normal_ = graph_.normals[middle];
         // Around a point all turn away: it is as sharp as they say.
         const auto around = graph_.neighbours_of(middle);
-        const auto kept = std::count_if(around.begin(), around.end(), [&](int i) { return graph_.normals[i].dot(normal_) >= kFarthestTurn; });
+        const auto kept = std::count_if(around.begin(), around.end(),
+                                        [&](int i) { return graph_.normals[i].dot(normal_) >= kFarthestTurn; });
         least_ = 2 * kept < std::ssize(around) ? -1 : kFarthestTurn;
     }
     // @returns whether there was anything to add
@@ -152,8 +158,8 @@ void unrolled(const Use& use) {
 // Two vertices at a time.
 using Pair = Eigen::Array2d;
 
-// Sums over vertices of x^i y^j and of z x^i y^j, up to what a least squares fit of a cubic or of a quartic asks of them, and of z^2.
-// They are added up by ring, so that a larger fit takes nothing up again.
+// Sums over vertices of x^i y^j and of z x^i y^j, up to what a least squares fit of a cubic or of a quartic asks of
+// them, and of z^2. They are added up by ring, so that a larger fit takes nothing up again.
 struct Moments {
     // By degree, those for cubics first.
     static constexpr int of_power(int i, int j) {
@@ -169,8 +175,8 @@ struct Moments {
 
     // For fits of that degree. @pre the same even number of x, y and z; what is beyond `count` is 0
     template <int degree>
-    static void find(std::span<const double> xs, std::span<const double> ys, std::span<const double> zs, std::size_t count,
-                     Values& values) {
+    static void find(std::span<const double> xs, std::span<const double> ys, std::span<const double> zs,
+                     std::size_t count, Values& values) {
         std::array<Pair, kSize> sums;
         sums.fill(Pair::Zero());
         for (std::size_t p = 0; p < xs.size(); p += 2) {
@@ -201,17 +207,32 @@ struct Moments {
     }
 };
 
-// Exponents of x and y. Those of a cubic stand before the rest of a quartic: elimination passes the cubic fit on its way.
+// Exponents of x and y. Those of a cubic stand before the rest of a quartic: elimination passes the cubic fit on its
+// way.
 template <int n>
 constexpr std::array<std::array<int, 2>, n> kTerms{};
 template <>
-constexpr std::array<std::array<int, 2>, kQuadratic> kTerms<kQuadratic>{{{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
+constexpr std::array<std::array<int, 2>, kQuadratic> kTerms<kQuadratic>{
+    {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
 template <>
 constexpr std::array<std::array<int, 2>, kCubic> kTerms<kCubic>{
     {{0, 0}, {3, 0}, {2, 1}, {1, 2}, {0, 3}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
 template <>
-constexpr std::array<std::array<int, 2>, kQuartic> kTerms<kQuartic>{
-    {{0, 0}, {3, 0}, {2, 1}, {1, 2}, {0, 3}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}, {4, 0}, {3, 1}, {2, 2}, {1, 3}, {0, 4}}};
+constexpr std::array<std::array<int, 2>, kQuartic> kTerms<kQuartic>{{{0, 0},
+                                                                     {3, 0},
+                                                                     {2, 1},
+                                                                     {1, 2},
+                                                                     {0, 3},
+                                                                     {1, 0},
+                                                                     {0, 1},
+                                                                     {2, 0},
+                                                                     {1, 1},
+                                                                     {0, 2},
+                                                                     {4, 0},
+                                                                     {3, 1},
+                                                                     {2, 2},
+                                                                     {1, 3},
+                                                                     {0, 4}}};
 
 // z of a height function and what its least squares left: z = ... + fx x + fy y + (fxx x^2 + 2 fxy x y + fyy y^2) / 2.
 struct HeightFit {
@@ -220,7 +241,8 @@ struct HeightFit {
     double variance_xx, variance_yy;  // of fxx and fyy, where heights of weight 1 have a variance of 1
 };
 
-// Normal equations of n coefficients, upper triangle, with the right side as the last column and the square of the heights below it.
+// Normal equations of n coefficients, upper triangle, with the right side as the last column and the square of the
+// heights below it.
 template <int n>
 class NormalEquations {
   public:
@@ -229,7 +251,8 @@ class NormalEquations {
         unrolled<n>([&](auto r) {
             rows_[r].fill(Pair::Zero());
             unrolled<n - r>([&](auto i) {
-                constexpr int c = r + i, power = Moments::of_power(terms[r][0] + terms[c][0], terms[r][1] + terms[c][1]);
+                constexpr int c = r + i,
+                              power = Moments::of_power(terms[r][0] + terms[c][0], terms[r][1] + terms[c][1]);
                 at(r, c) = moments[power];
             });
             at(r, n) = moments[Moments::of_height(terms[r][0], terms[r][1])];
@@ -269,14 +292,22 @@ class NormalEquations {
             for (int c = k + 1; c < m; ++c) sum -= at(k, c) * f[c];
             f[k] = sum * inverse_[k];
         }
-        return {f[x], f[x + 1], 2 * f[xx], f[xx + 1], 2 * f[yy], std::max(0.0, at(n, n)), 4 * variance<m, xx>(), 4 * variance<m, yy>()};
+        return {f[x],
+                f[x + 1],
+                2 * f[xx],
+                f[xx + 1],
+                2 * f[yy],
+                std::max(0.0, at(n, n)),
+                4 * variance<m, xx>(),
+                4 * variance<m, yy>()};
     }
 
   private:
     static constexpr int kWidth = n / 2 + 1;  // pairs of n + 1 columns
     double& at(int r, int c) { return rows_[r][c / 2][c % 2]; }
 
-    // Of coefficient i among m: an element on the diagonal of the inverse, by a column of that of the triangular factor.
+    // Of coefficient i among m: an element on the diagonal of the inverse, by a column of that of the triangular
+    // factor.
     template <int m, int i>
     double variance() {
         std::array<double, m> column{};
@@ -300,7 +331,8 @@ struct Residuals {
     double error = 0;     // standard error of the second derivatives where that variance is 1
 
     double standard_error() const { return std::sqrt(variance) * error; }
-    // What it is at most: with few degrees of freedom residuals may be small by chance. By the quantile of chi squared [Wilson, Hilferty 1931].
+    // What it is at most: with few degrees of freedom residuals may be small by chance. By the quantile of chi squared
+    // [Wilson, Hilferty 1931].
     double largest_error() const {
         const double spread = 2 / (9 * std::max(1.0, degrees)), root = 1 - spread - kSigmas * std::sqrt(spread);
         return standard_error() / std::sqrt(std::pow(std::max(root, kLeastRoot), 3));
@@ -321,7 +353,9 @@ class Fitter {
         place(near.members());
         summed_ = 0;
         first_rings_ = near.rings();
-        largest_ = near.is_point() || std::ssize(near.members()) < kEnoughForCubic ? 0 : largest_normal_curvature(near.members());
+        largest_ = near.is_point() || std::ssize(near.members()) < kEnoughForCubic
+                       ? 0
+                       : largest_normal_curvature(near.members());
     }
     // @pre begun with this neighbourhood
     std::optional<Fit> fit(const Neighbourhood& near) {
@@ -333,13 +367,17 @@ class Fitter {
         if (rings >= static_cast<int>(sums_.size())) sums_.resize(rings + 1);
         for (; summed_ <= rings; ++summed_) {
             see(near.ring(summed_));
-            if (with_quartic) Moments::find<4>(x_, y_, z_, near.ring(summed_).size(), sums_[summed_]);
-            else Moments::find<3>(x_, y_, z_, near.ring(summed_).size(), sums_[summed_]);
+            if (with_quartic)
+                Moments::find<4>(x_, y_, z_, near.ring(summed_).size(), sums_[summed_]);
+            else
+                Moments::find<3>(x_, y_, z_, near.ring(summed_).size(), sums_[summed_]);
         }
         Moments::Values moments = weight(0, rings) * sums_[0];
         for (int k = 1; k <= rings; ++k) {
-            if (with_quartic) moments += weight(k, rings) * sums_[k];
-            else moments.head<Moments::kCubicSize>() += weight(k, rings) * sums_[k].head<Moments::kCubicSize>();
+            if (with_quartic)
+                moments += weight(k, rings) * sums_[k];
+            else
+                moments.head<Moments::kCubicSize>() += weight(k, rings) * sums_[k].head<Moments::kCubicSize>();
         }
         if (with_quartic) {
             NormalEquations<kQuartic> equations(moments);
@@ -350,7 +388,8 @@ class Fitter {
             const HeightFit quartic = equations.fit<kQuartic>();
             const Residuals of_quartic = residuals(quartic, moments[0], count, kQuartic);
             // It is better where the surface rather than noise keeps the vertices off the cubic.
-            if (kLead * of_quartic.standard_error() < of_cubic.standard_error()) return Fit{curvature(quartic, rings), of_quartic};
+            if (kLead * of_quartic.standard_error() < of_cubic.standard_error())
+                return Fit{curvature(quartic, rings), of_quartic};
             return Fit{curvature(cubic, rings), of_cubic};
         }
         if (count >= kEnoughForCubic) {
@@ -414,11 +453,12 @@ class Fitter {
         return mean + std::copysign(half, mean);
     }
 
-    // Heights z are taken less k z^2 / 2, which does not change curvatures: so spheres and cylinders of curvature k are quadratics, as far as
-    // they may turn. Quadratics are fitted to slopes too, and those over the plane.
+    // Heights z are taken less k z^2 / 2, which does not change curvatures: so spheres and cylinders of curvature k are
+    // quadratics, as far as they may turn. Quadratics are fitted to slopes too, and those over the plane.
     void see(std::span<const int> ring) {
         const Vector3d u = u_ / sx_, v = v_ / sy_;
-        for (std::vector<double>* const coordinates : {&x_, &y_, &z_}) coordinates->assign((ring.size() + 1) / 2 * 2, 0);
+        for (std::vector<double>* const coordinates : {&x_, &y_, &z_})
+            coordinates->assign((ring.size() + 1) / 2 * 2, 0);
         for (std::size_t i = 0; i < ring.size(); ++i) {
             const Vector3d d = graph_.points[ring[i]] - origin_;
             x_[i] = d.dot(u);
@@ -448,8 +488,8 @@ class Fitter {
         return {count, weights};
     }
 
-    // Neighbours that are turned too far lie on the surface all the same, and up to them it does not bend: the facets do not. Across needles
-    // nothing else tells.
+    // Neighbours that are turned too far lie on the surface all the same, and up to them it does not bend: the facets
+    // do not. Across needles nothing else tells.
     void heed_turned(int middle, NormalEquations<kQuadratic>& equations) const {
         for (const int i : graph_.neighbours_of(middle)) {
             if (graph_.normals[i].dot(w_) >= kFarthestTurn) continue;
@@ -463,17 +503,20 @@ class Fitter {
     // Across, where the vertices are closest together, the error of second derivatives bounds that of the others.
     Residuals residuals(const HeightFit& f, double weights, double count, int coefficients) const {
         const double degrees = std::max(1.0, count - coefficients);
-        return {f.residual / weights * count / degrees, degrees, std::max(std::sqrt(f.variance_xx) / (sx_ * sx_), std::sqrt(f.variance_yy) / (sy_ * sy_))};
+        return {f.residual / weights * count / degrees, degrees,
+                std::max(std::sqrt(f.variance_xx) / (sx_ * sx_), std::sqrt(f.variance_yy) / (sy_ * sy_))};
     }
 
     WedgeCurvature curvature(const HeightFit& f, int rings) const {
-        const double fx = f.fx / sx_, fy = f.fy / sy_, fxx = f.fxx / (sx_ * sx_), fxy = f.fxy / (sx_ * sy_), fyy = f.fyy / (sy_ * sy_);
+        const double fx = f.fx / sx_, fy = f.fy / sy_, fxx = f.fxx / (sx_ * sx_), fxy = f.fxy / (sx_ * sy_),
+                     fyy = f.fyy / (sy_ * sy_);
         const double E = 1 + fx * fx, F = fx * fy, G = 1 + fy * fy, length = std::sqrt(1 + fx * fx + fy * fy);
         const double L = fxx / length, M = fxy / length, N = fyy / length;
         const double det = E * G - F * F, H = (E * N - 2 * F * M + G * L) / (2 * det), K = (L * N - M * M) / det;
         const double root = std::sqrt(std::max(0.0, H * H - K));
         // Heights along the outer normal fall where the surface bends to the inside.
-        return {-(H + (H < 0 ? -root : root)), -(H - (H < 0 ? -root : root)), (w_ - fx * u_ - fy * v_) / length, 0, rings};
+        return {-(H + (H < 0 ? -root : root)), -(H - (H < 0 ? -root : root)), (w_ - fx * u_ - fy * v_) / length, 0,
+                rings};
     }
 
     const Graph& graph_;
@@ -485,9 +528,10 @@ class Fitter {
     double largest_ = 0;  // curvature about there, 0 where heights are taken as they are
 };
 
-// Takes a fitted normal back to where the facets around it turn: where few vertices far away lead a fit astray they know better.
-Vector3d among_facets(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges, int wedge, const Vector3d& middle,
-                      const Vector3d& fitted) {
+// Takes a fitted normal back to where the facets around it turn: where few vertices far away lead a fit astray they
+// know better.
+Vector3d among_facets(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges, int wedge,
+                      const Vector3d& middle, const Vector3d& fitted) {
     const double cosine = fitted.dot(middle);
     double least = 1;
     wedges.for_each(mesh, wedge, [&](int h) {
@@ -512,7 +556,9 @@ namespace {
 class Estimator {
   public:
     Estimator(const Graph& graph, const EstimateOptions& options)
-        : graph_(graph), options_(options), tools_([&] { return Tools{Neighbourhood(graph), Fitter(graph)}; }) {}
+        : graph_(graph), options_(options), tools_([&] {
+              return Tools{Neighbourhood(graph), Fitter(graph)};
+          }) {}
 
     // With as few rings as a fit takes. @pre the wedge has triangles
     std::optional<Fit> first_fit(int i) {
@@ -521,7 +567,8 @@ class Estimator {
         return fitter.fit(near);
     }
 
-    // With more rings than the first fit, while they promise a smaller error and what is left is noise as it was before.
+    // With more rings than the first fit, while they promise a smaller error and what is left is noise as it was
+    // before.
     WedgeCurvature best_of(int i, const Fit& first, double noise) {
         WedgeCurvature best = first.curvature;
         if (is_precise(best)) return best;
@@ -545,13 +592,18 @@ class Estimator {
         Fitter fitter;
     };
 
-    bool is_precise(const WedgeCurvature& c) const { return c.error <= options_.precision * std::max(std::abs(c.k1), options_.least_curvature); }
+    bool is_precise(const WedgeCurvature& c) const {
+        return c.error <= options_.precision * std::max(std::abs(c.k1), options_.least_curvature);
+    }
 
-    // Beside a feature, or what turns far, few vertices near by, with their normals, tell more than many far away, all on one side.
+    // Beside a feature, or what turns far, few vertices near by, with their normals, tell more than many far away, all
+    // on one side.
     void begin(Neighbourhood& near, Fitter& fitter, int i) const {
         near.begin(i);
         while (near.rings() < options_.most_rings && near.add_ring())
-            if (near.rings() >= options_.rings && (graph_.open[i] || near.turns() || near.members().size() >= kEnoughForCubic)) break;
+            if (near.rings() >= options_.rings &&
+                (graph_.open[i] || near.turns() || near.members().size() >= kEnoughForCubic))
+                break;
         fitter.begin(near);
     }
 
@@ -560,7 +612,8 @@ class Estimator {
     tbb::enumerable_thread_specific<Tools> tools_;
 };
 
-// Those of a wedge with the noise pooled over its neighbours, as far as these have fits of the same kind: what stands alone may be small by chance.
+// Those of a wedge with the noise pooled over its neighbours, as far as these have fits of the same kind: what stands
+// alone may be small by chance.
 Residuals pooled(const Graph& graph, std::span<const Residuals> residuals, int i) {
     Residuals sum = residuals[i];
     double squares = sum.variance * sum.degrees;
@@ -575,8 +628,9 @@ Residuals pooled(const Graph& graph, std::span<const Residuals> residuals, int i
 
 }  // namespace
 
-std::vector<WedgeCurvature> estimate_curvature(std::span<const Vector3d> points, const Connectivity& mesh, const Wedges& wedges,
-                                               std::span<const Vector3d> normals, const EstimateOptions& options) {
+std::vector<WedgeCurvature> estimate_curvature(std::span<const Vector3d> points, const Connectivity& mesh,
+                                               const Wedges& wedges, std::span<const Vector3d> normals,
+                                               const EstimateOptions& options) {
     std::vector<WedgeCurvature> result(wedges.size());
     const Graph graph(points, mesh, wedges, normals);
     Estimator estimator(graph, options);

@@ -37,7 +37,8 @@ ShapeInFrame shape_of(const Jet2& jet) {
     s.normal /= sine;
     s.f = s.normal.cross(s.e);
     // Second derivatives per unit length along e and g, then from the oblique g to f = (g - cosine e) / sine.
-    const double ee = jet.duu.dot(s.normal) / (u * u), eg = jet.duv.dot(s.normal) / (u * v), gg = jet.dvv.dot(s.normal) / (v * v);
+    const double ee = jet.duu.dot(s.normal) / (u * u), eg = jet.duv.dot(s.normal) / (u * v),
+                 gg = jet.dvv.dot(s.normal) / (v * v);
     s.a = ee;
     s.b = (eg - cosine * ee) / sine;
     s.c = (gg - 2 * cosine * eg + cosine * cosine * ee) / (sine * sine);
@@ -62,7 +63,8 @@ PrincipalCurvatures diagonalise(const ShapeInFrame& s) {
 
 /// The second fundamental form as a tensor in space: smooth up to a pole, where frames turn.
 Matrix3d in_space(const ShapeInFrame& s) {
-    return s.a * s.e * s.e.transpose() + s.b * (s.e * s.f.transpose() + s.f * s.e.transpose()) + s.c * s.f * s.f.transpose();
+    return s.a * s.e * s.e.transpose() + s.b * (s.e * s.f.transpose() + s.f * s.e.transpose()) +
+           s.c * s.f * s.f.transpose();
 }
 
 ShapeInFrame in_frame(const Matrix3d& tensor, const Vector3d& normal) {
@@ -76,7 +78,8 @@ ShapeInFrame in_frame(const Matrix3d& tensor, const Vector3d& normal) {
     return result;
 }
 
-/// Limit of the shape at uv + h d, h -> 0, by Richardson's scheme on halved steps; the closest sample if that does not settle.
+/// Limit of the shape at uv + h d, h -> 0, by Richardson's scheme on halved steps; the closest sample if that does not
+/// settle.
 ShapeInFrame approach(const ParametricSurface& surface, const Vector2d& uv, const Vector2d& d) {
     constexpr int steps = 6;
     std::array<Matrix3d, steps> s;
@@ -120,15 +123,16 @@ double minimal_radius(const ParametricSurface& surface, const Vector2d& uv) {
 
 void minimal_radii(const ParametricSurface& surface, std::span<const Vector2d> uv, std::span<double> radii) {
     if (uv.size() != radii.size())
-        throw std::invalid_argument("minimal_radii: " + std::to_string(radii.size()) + " radii for " + std::to_string(uv.size()) +
-                                    " places");
+        throw std::invalid_argument("minimal_radii: " + std::to_string(radii.size()) + " radii for " +
+                                    std::to_string(uv.size()) + " places");
     const Domain domain = surface.domain();
     constexpr std::size_t batch = 64;
     std::array<Jet2, batch> jets;
     for (std::size_t begin = 0; begin < uv.size(); begin += batch) {
         const std::size_t count = std::min(batch, uv.size() - begin);
         surface.jets(uv.subspan(begin, count), std::span<Jet2>(jets).first(count));
-        for (std::size_t k = 0; k < count; ++k) radii[begin + k] = radius_of(shape_at(surface, domain, uv[begin + k], jets[k]));
+        for (std::size_t k = 0; k < count; ++k)
+            radii[begin + k] = radius_of(shape_at(surface, domain, uv[begin + k], jets[k]));
     }
 }
 

@@ -14,7 +14,8 @@ constexpr double kEdgeTolerance = 1e-9;
 constexpr double kTriangleTolerance = 1e-6;
 
 void require_options(const GradationOptions& options) {
-    if (!options.shock && !options.variation) throw std::invalid_argument("grade: neither a shock nor a variation is given");
+    if (!options.shock && !options.variation)
+        throw std::invalid_argument("grade: neither a shock nor a variation is given");
     if (options.shock) detail::require_above(*options.shock, 1, "H-shock bound", "grade");
     if (options.variation) detail::require_above(*options.variation, 0, "H-variation bound", "grade");
     if (options.method == GradationMethod::Paper && !options.required.empty())
@@ -23,8 +24,9 @@ void require_options(const GradationOptions& options) {
 
 /// The strongest demand at each vertex.
 void keep_strongest(std::vector<RequiredConflict>& conflicts) {
-    std::stable_sort(conflicts.begin(), conflicts.end(),
-                     [](const auto& p, const auto& q) { return std::tie(p.vertex, p.needed) < std::tie(q.vertex, q.needed); });
+    std::stable_sort(conflicts.begin(), conflicts.end(), [](const auto& p, const auto& q) {
+        return std::tie(p.vertex, p.needed) < std::tie(q.vertex, q.needed);
+    });
     const auto same_vertex = [](const auto& p, const auto& q) { return p.vertex == q.vertex; };
     conflicts.erase(std::unique(conflicts.begin(), conflicts.end(), same_vertex), conflicts.end());
 }
@@ -37,7 +39,8 @@ void by_edges(const TriMesh& mesh, std::span<double> size, const GradationOption
         if (!both) result.certificate = std::move(reduction.certificate);
         return reduction.lowered;
     };
-    // Each bound can undo the other only by lowering, and a vertex lowered by one is tight against a neighbour; a few rounds do.
+    // Each bound can undo the other only by lowering, and a vertex lowered by one is tight against a neighbour; a few
+    // rounds do.
     for (int round = 0; round < 100; ++round) {
         int lowered = 0;
         if (options.variation) lowered += run(limit_h_variation(mesh, *options.variation, size, options.required));
@@ -60,10 +63,13 @@ bool edges_met(const GradationReport& report, const GradationOptions& options) {
 bool is_met(const GradationResult& result, const GradationOptions& options) {
     switch (options.method) {
         case GradationMethod::Full:
-            return edges_met(result.after, options) && result.after.gradient_max <= result.gradient_bound * (1 + kTriangleTolerance);
-        case GradationMethod::Gradient: return result.converged;
+            return edges_met(result.after, options) &&
+                   result.after.gradient_max <= result.gradient_bound * (1 + kTriangleTolerance);
+        case GradationMethod::Gradient:
+            return result.converged;
         case GradationMethod::Exact:
-        case GradationMethod::Paper: break;
+        case GradationMethod::Paper:
+            break;
     }
     return edges_met(result.after, options);
 }
@@ -76,11 +82,13 @@ double gradient_bound(const GradationOptions& options) {
     return std::min(by_shock, options.variation.value_or(by_shock));
 }
 
-void measure_graded(const TriMesh& mesh, std::span<const double> size, const GradationOptions& options, GradationResult& result) {
+void measure_graded(const TriMesh& mesh, std::span<const double> size, const GradationOptions& options,
+                    GradationResult& result) {
     result.gradient_bound = gradient_bound(options);
     result.after = measure_gradation(mesh, size);
     result.steep_triangles = 0;
-    for (const Eigen::Vector3d& g : size_gradients(mesh, size)) result.steep_triangles += g.norm() > result.gradient_bound * (1 + 1e-9);
+    for (const Eigen::Vector3d& g : size_gradients(mesh, size))
+        result.steep_triangles += g.norm() > result.gradient_bound * (1 + 1e-9);
     if (options.shock) result.coarse_edges = count_coarse_edges(mesh, *options.shock, size);
     result.met = is_met(result, options);
 }
@@ -93,15 +101,20 @@ GradationResult grade(const TriMesh& mesh, std::span<double> size, const Gradati
 
     switch (options.method) {
         case GradationMethod::Full:
-            // A gradient bound on triangles holds on their edges too; edges first because that is fast, and names conflicts.
+            // A gradient bound on triangles holds on their edges too; edges first because that is fast, and names
+            // conflicts.
             result.conflicts = limit_h_variation(mesh, result.gradient_bound, size, options.required).conflicts;
             result.converged = limit_gradient(mesh, result.gradient_bound, size, options.required).converged;
             break;
-        case GradationMethod::Exact: by_edges(mesh, size, options, result); break;
+        case GradationMethod::Exact:
+            by_edges(mesh, size, options, result);
+            break;
         case GradationMethod::Gradient:
             result.converged = march_gradient(mesh, result.gradient_bound, size, options.required).converged;
             break;
-        case GradationMethod::Paper: by_paper(mesh, size, options, result); break;
+        case GradationMethod::Paper:
+            by_paper(mesh, size, options, result);
+            break;
     }
 
     for (std::size_t v = 0; v < size.size(); ++v) {

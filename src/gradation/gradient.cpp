@@ -16,8 +16,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// What the result may exceed the bound by, and what triggers a correction: half of it, so that both can be met.
 constexpr double kTolerance = 1e-9;
-// Between needles corrections may go back and forth in ever smaller steps: a triangle that came back this often is made flatter than it
-// has to be, by four times as much each time, and at most by this share of the bound.
+// Between needles corrections may go back and forth in ever smaller steps: a triangle that came back this often is made
+// flatter than it has to be, by four times as much each time, and at most by this share of the bound.
 constexpr int kPatience = 4;
 constexpr double kMostSlack = 0.1;
 
@@ -42,7 +42,9 @@ struct FlatTriangle {
     }
 
     double area2() const { return e * d; }
-    Eigen::Vector2d corner(int k) const { return k == 0 ? Eigen::Vector2d(0, 0) : k == 1 ? Eigen::Vector2d(e, 0) : Eigen::Vector2d(s, d); }
+    Eigen::Vector2d corner(int k) const {
+        return k == 0 ? Eigen::Vector2d(0, 0) : k == 1 ? Eigen::Vector2d(e, 0) : Eigen::Vector2d(s, d);
+    }
 
     /// Corner `to` seen from the corners a and b.
     Frame seen_from(int a, int b, int to) const {
@@ -68,7 +70,8 @@ struct Corners {
     std::vector<int> around;
 
     explicit Corners(const TriMesh& mesh) : Corners(points_of(mesh), triangles_of(mesh)) {}
-    Corners(std::span<const Eigen::Vector3d> all, std::vector<Triangle> of) : points(all), triangles(std::move(of)), first(points.size() + 2, 0) {
+    Corners(std::span<const Eigen::Vector3d> all, std::vector<Triangle> of)
+        : points(all), triangles(std::move(of)), first(points.size() + 2, 0) {
         for (const Triangle& triangle : triangles)
             for (const int v : triangle) ++first[v + 2];
         for (std::size_t v = 0; v < points.size(); ++v) first[v + 2] += first[v + 1];
@@ -96,8 +99,8 @@ double size_across(const Frame& f, double a, double b, double bound) {
     return std::min(ends, a + (b - a) * (x / f.e) + bound * std::hypot(f.s - x, f.d));
 }
 
-/// Largest size at C that a gradient of `bound` allows with sizes a, b at the other corners; nothing where A and B alone are
-/// too steep.
+/// Largest size at C that a gradient of `bound` allows with sizes a, b at the other corners; nothing where A and B
+/// alone are too steep.
 std::optional<double> largest_at(const Frame& f, double a, double b, double bound) {
     if (f.e == 0) return a == b ? std::optional(a + bound * f.d) : std::nullopt;
     const double k = (b - a) / f.e, room = bound * bound - k * k;
@@ -105,10 +108,11 @@ std::optional<double> largest_at(const Frame& f, double a, double b, double boun
     return a + k * f.s + f.d * std::sqrt(room);
 }
 
-/// Two corners rise by y above the smallest one, with the gradient y[0] g[0] + y[1] g[1]. The nearest rises whose gradient has the
-/// norm `bound`, where a change of y[1] counts `weight` times.
+/// Two corners rise by y above the smallest one, with the gradient y[0] g[0] + y[1] g[1]. The nearest rises whose
+/// gradient has the norm `bound`, where a change of y[1] counts `weight` times.
 /// @pre the gradient is longer than the bound
-std::array<double, 2> nearest_rises(const std::array<Eigen::Vector2d, 2>& g, const std::array<double, 2>& y, double weight, double bound) {
+std::array<double, 2> nearest_rises(const std::array<Eigen::Vector2d, 2>& g, const std::array<double, 2>& y,
+                                    double weight, double bound) {
     // With z = (y[0], root y[1]) it is the nearest point of the ellipse z.Qz = bound^2, (I + lambda Q)^-1 z.
     const double root = std::sqrt(weight);
     const double q00 = g[0].squaredNorm(), q01 = g[0].dot(g[1]) / root, q11 = g[1].squaredNorm() / weight;
@@ -121,7 +125,8 @@ std::array<double, 2> nearest_rises(const std::array<Eigen::Vector2d, 2>& g, con
     for (int i = 0; i < 60; ++i) {
         const double P = p / (1 + lambda * large), Q = q / (1 + lambda * small);
         const double norm2 = large * P * P + small * Q * Q;
-        const double slope = large * large * P * P / (1 + lambda * large) + small * small * Q * Q / (1 + lambda * small);
+        const double slope =
+            large * large * P * P / (1 + lambda * large) + small * small * Q * Q / (1 + lambda * small);
         const double step = norm2 / slope * (std::sqrt(norm2) / bound - 1);
         lambda += step;
         if (std::abs(step) <= 1e-12 * lambda) break;
@@ -133,7 +138,11 @@ std::array<double, 2> nearest_rises(const std::array<Eigen::Vector2d, 2>& g, con
 class GradientLimiter {
   public:
     GradientLimiter(Corners corners, double bound, std::span<double> size, std::vector<char> required)
-        : corners_(std::move(corners)), bound_(bound), size_(size), input_(size.begin(), size.end()), required_(std::move(required)) {}
+        : corners_(std::move(corners)),
+          bound_(bound),
+          size_(size),
+          input_(size.begin(), size.end()),
+          required_(std::move(required)) {}
 
     void march();
     void flatten();
@@ -141,11 +150,14 @@ class GradientLimiter {
     GradientReduction report();
 
   private:
-    /// Triangles in the order of their corners' sizes, smallest first: an order that does not depend on how they are numbered.
+    /// Triangles in the order of their corners' sizes, smallest first: an order that does not depend on how they are
+    /// numbered.
     struct Steep {
         std::array<double, 3> sizes;
         int triangle;
-        bool operator<(const Steep& other) const { return std::tie(other.sizes, other.triangle) < std::tie(sizes, triangle); }
+        bool operator<(const Steep& other) const {
+            return std::tie(other.sizes, other.triangle) < std::tie(sizes, triangle);
+        }
     };
 
     Steep steep(int t) const {
@@ -163,8 +175,8 @@ class GradientLimiter {
         const double steep = steepness(t), most = bound_ * (1 + kTolerance / 2);
         return steep > most && steep > most + rounding(t);
     }
-    /// Rises of the corners b and c of triangle t above its smallest corner a (each 0, 1 or 2), at least cost, after which the
-    /// triangle is no steeper than `bound`.
+    /// Rises of the corners b and c of triangle t above its smallest corner a (each 0, 1 or 2), at least cost, after
+    /// which the triangle is no steeper than `bound`.
     std::array<double, 2> flat_rises(int t, int a, int b, int c, double bound) const;
     /// Lowers the corners of a triangle that is steeper than `bound`. @returns the corners that changed, -1 for none
     std::array<int, 2> flatten_triangle(int t, double bound);
@@ -227,7 +239,8 @@ double GradientLimiter::steepness(int t) const {
     const FlatTriangle& flat = corners_.flat[t];
     if (size_[a] == size_[b] && size_[a] == size_[c]) return 0;
     if (flat.area2() > 0) return flat.gradient(size_[a], size_[b], size_[c]).norm();
-    return std::max({h_variation(flat.e, size_[a], size_[b]), h_variation(std::hypot(flat.e - flat.s, flat.d), size_[b], size_[c]),
+    return std::max({h_variation(flat.e, size_[a], size_[b]),
+                     h_variation(std::hypot(flat.e - flat.s, flat.d), size_[b], size_[c]),
                      h_variation(std::hypot(flat.s, flat.d), size_[c], size_[a])});
 }
 
@@ -247,7 +260,8 @@ std::array<double, 2> GradientLimiter::flat_rises(int t, int a, int b, int c, do
     const auto unit_rise = [&](int corner) { return flat.gradient(corner == 0, corner == 1, corner == 2); };
     // A size h asks for h^-2 elements per area, so lowering it costs in proportion to h^-3.
     std::array<double, 2> flatter = nearest_rises({unit_rise(b), unit_rise(c)}, rise, std::pow(h(b) / h(c), 3), bound);
-    // Sizes are only lowered: where the nearest point would raise one corner, it stays and the other takes what is left.
+    // Sizes are only lowered: where the nearest point would raise one corner, it stays and the other takes what is
+    // left.
     const auto left_for = [&](int corner, int other) {
         return largest_at(flat.seen_from(a, other, corner), h(a), h(other), bound).value_or(h(a)) - h(a);
     };
@@ -272,7 +286,8 @@ std::array<int, 2> GradientLimiter::flatten_triangle(int t, double bound) {
             size_[c] = std::min(c_before, size_[a] + share * rise[1]);
         };
         lower_to(1);
-        // What is still missing (rounding, or a triangle without area): the gradient is proportional to both rises together.
+        // What is still missing (rounding, or a triangle without area): the gradient is proportional to both rises
+        // together.
         const double left = steepness(t);
         if (left > bound) lower_to(bound / left);
         return {size_[b] < b_before ? b : -1, size_[c] < c_before ? c : -1};
@@ -309,7 +324,8 @@ void GradientLimiter::flatten() {
             result_.converged = false;
             return;
         }
-        const double slack = ++times[t] > kPatience ? std::min(std::ldexp(kTolerance, 2 * (times[t] - kPatience)), kMostSlack) : 0;
+        const double slack =
+            ++times[t] > kPatience ? std::min(std::ldexp(kTolerance, 2 * (times[t] - kPatience)), kMostSlack) : 0;
         for (const int v : flatten_triangle(t, bound_ * (1 - slack))) {
             if (v < 0) continue;
             for (const int s : corners_.at(v))
@@ -326,7 +342,8 @@ double GradientLimiter::ceiling(int v) const {
     for (const int t : corners_.at(v)) {
         const int k = corners_.corner(t, v), i = (k + 1) % 3, j = (k + 2) % 3;
         const Triangle& triangle = corners_.triangles[t];
-        const auto allowed = largest_at(corners_.flat[t].seen_from(i, j, k), size_[triangle[i]], size_[triangle[j]], bound_);
+        const auto allowed =
+            largest_at(corners_.flat[t].seen_from(i, j, k), size_[triangle[i]], size_[triangle[j]], bound_);
         most = std::min(most, allowed.value_or(size_[v]));
         if (most <= size_[v]) break;
     }
@@ -371,7 +388,8 @@ GradientReduction GradientLimiter::report() {
         if (g <= bound_ * (1 + kTolerance)) continue;
         ++result_.above_bound;
         const Triangle& triangle = corners_.triangles[t];
-        if (std::any_of(triangle.begin(), triangle.end(), [&](int v) { return !may_lower(v); })) result_.conflicts.push_back(t);
+        if (std::any_of(triangle.begin(), triangle.end(), [&](int v) { return !may_lower(v); }))
+            result_.conflicts.push_back(t);
     }
     return result_;
 }
@@ -392,17 +410,20 @@ GradientReduction limit(GradientLimiter limiter) {
 
 }  // namespace
 
-GradientReduction march_gradient(const TriMesh& mesh, double bound, std::span<double> size, std::span<const int> required) {
+GradientReduction march_gradient(const TriMesh& mesh, double bound, std::span<double> size,
+                                 std::span<const int> required) {
     GradientLimiter limiter = make_limiter(mesh, bound, size, required, "march_gradient");
     limiter.march();
     return limiter.report();
 }
 
-GradientReduction limit_gradient(const TriMesh& mesh, double bound, std::span<double> size, std::span<const int> required) {
+GradientReduction limit_gradient(const TriMesh& mesh, double bound, std::span<double> size,
+                                 std::span<const int> required) {
     return limit(make_limiter(mesh, bound, size, required, "limit_gradient"));
 }
 
-GradientReduction limit_gradient(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, double bound, std::span<double> size) {
+GradientReduction limit_gradient(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles,
+                                 double bound, std::span<double> size) {
     detail::require_above(bound, 0, "gradient bound", "limit_gradient");
     detail::require_sizes(points.size(), size, "limit_gradient");
     return limit({Corners(points, {triangles.begin(), triangles.end()}), bound, size, {}});

@@ -23,8 +23,10 @@ int raise_to_held(const TriMesh& mesh, std::span<const double> held, double slop
     };
     for (int v = 0; v < static_cast<int>(held.size()); ++v) {
         if (!(held[v] > 0)) continue;
-        if (held[v] > size[v]) raise(v, held[v]);
-        else if (held[v] == size[v]) queue.emplace(held[v], v);
+        if (held[v] > size[v])
+            raise(v, held[v]);
+        else if (held[v] == size[v])
+            queue.emplace(held[v], v);
     }
     if (queue.empty()) return 0;
     // Sizes spread from large to small, so a popped vertex is final (Dijkstra).

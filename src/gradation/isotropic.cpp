@@ -27,8 +27,8 @@ double growth(double x) {
     // Beyond, e^u overflows.
     if (x > 5e5) return kInfinity;
     if (x <= 0) return 0;
-    // From ln(1 + x), close below the root of F = u^2 - x (1 - e^-u), Halley's steps converge cubically; far out the root
-    // tends to sqrt(x).
+    // From ln(1 + x), close below the root of F = u^2 - x (1 - e^-u), Halley's steps converge cubically; far out the
+    // root tends to sqrt(x).
     double u = std::max(std::log1p(x), std::sqrt(x) * (x > 16));
     for (int i = 0; i < 20; ++i) {
         const double decay = std::expm1(-u);
@@ -53,7 +53,8 @@ struct ShockLaw {
     double limit(double h, double L) const { return add_down(h, h * growth(L * log_beta / h)); }
 };
 
-/// What the search keeps of a vertex, together because it is used together (most of the time is spent waiting for memory).
+/// What the search keeps of a vertex, together because it is used together (most of the time is spent waiting for
+/// memory).
 struct Label {
     double size;
     int parent;
@@ -68,9 +69,11 @@ std::vector<Label> make_labels(const detail::VertexGraph& graph, std::span<const
     return labels;
 }
 
-/// Queues the vertices from which some neighbour must be lowered; no other vertex has any effect while it keeps its size.
+/// Queues the vertices from which some neighbour must be lowered; no other vertex has any effect while it keeps its
+/// size.
 template <class Law>
-detail::MonotoneQueue queue_sources(const std::vector<Label>& labels, const std::vector<detail::Arc>& arcs, const Law& law) {
+detail::MonotoneQueue queue_sources(const std::vector<Label>& labels, const std::vector<detail::Arc>& arcs,
+                                    const Law& law) {
     std::vector<int> sources;
     double low = kInfinity, high = 0;
     bool unset = false;
@@ -97,8 +100,8 @@ detail::MonotoneQueue queue_sources(const std::vector<Label>& labels, const std:
     return queue;
 }
 
-/// Asks the memory for what the vertices that come next will need. (Always inline: g++ 12 takes a function that only fetches
-/// for one without effect, and drops its calls.)
+/// Asks the memory for what the vertices that come next will need. (Always inline: g++ 12 takes a function that only
+/// fetches for one without effect, and drops its calls.)
 [[gnu::always_inline]] inline void prefetch(const detail::MonotoneQueue& queue, const std::vector<Label>& labels,
                                             const std::vector<detail::Arc>& arcs) {
     if (const int v = queue.ahead(12); v >= 0) __builtin_prefetch(&labels[v]);
@@ -135,7 +138,8 @@ EdgeReduction settle(const TriMesh& mesh, const Law& law, std::span<double> size
     int v;
     while (queue.pop(h, v)) {
         prefetch(queue, labels, arcs);
-        // Sizes spread from small to large, so a popped vertex is final (Dijkstra); older, larger labels of it are void.
+        // Sizes spread from small to large, so a popped vertex is final (Dijkstra); older, larger labels of it are
+        // void.
         if (h != labels[v].size) continue;
         if (labels[v].parent >= 0) result.certificate.order.push_back(v);
         for (int k = labels[v].first_arc; k < labels[v + 1].first_arc; ++k) {
@@ -166,14 +170,16 @@ EdgeReduction settle(const TriMesh& mesh, const Law& law, std::span<double> size
 }
 
 template <class Law, class Measure>
-std::optional<std::string> check_certificate(const TriMesh& mesh, const Law& law, Measure excess, std::span<const double> input,
-                                             std::span<const double> result, const Certificate& certificate,
-                                             const std::vector<char>& required) {
+std::optional<std::string> check_certificate(const TriMesh& mesh, const Law& law, Measure excess,
+                                             std::span<const double> input, std::span<const double> result,
+                                             const Certificate& certificate, const std::vector<char>& required) {
     const std::size_t n = mesh.n_vertices();
-    if (input.size() != n || result.size() != n || certificate.parent.size() != n) return "sizes or parents do not match the vertices";
+    if (input.size() != n || result.size() != n || certificate.parent.size() != n)
+        return "sizes or parents do not match the vertices";
     for (std::size_t v = 0; v < n; ++v) {
         if (!(result[v] > 0)) return "the size at vertex " + std::to_string(v) + " is not positive";
-        if (certificate.parent[v] < 0 && result[v] != input[v]) return "vertex " + std::to_string(v) + " changed without a parent";
+        if (certificate.parent[v] < 0 && result[v] != input[v])
+            return "vertex " + std::to_string(v) + " changed without a parent";
         if (!(result[v] <= input[v])) return "vertex " + std::to_string(v) + " is above its input";
     }
 
@@ -190,13 +196,15 @@ std::optional<std::string> check_certificate(const TriMesh& mesh, const Law& law
     for (std::size_t v = 0; v < n; ++v) settled[v] = certificate.parent[v] < 0;
     for (const int v : certificate.order) {
         const int p = v >= 0 && v < static_cast<int>(n) ? certificate.parent[v] : -1;
-        if (p < 0 || p >= static_cast<int>(n)) return "the order names vertex " + std::to_string(v) + ", which has no parent";
+        if (p < 0 || p >= static_cast<int>(n))
+            return "the order names vertex " + std::to_string(v) + ", which has no parent";
         if (!settled[p]) return "vertex " + std::to_string(v) + " settled before its parent";
         if (!mesh.find_halfedge(mesh.vertex_handle(p), mesh.vertex_handle(v)).is_valid())
             return "the parent of vertex " + std::to_string(v) + " is no neighbour";
         const double limit = law.limit(result[p], (points_of(mesh)[p] - points_of(mesh)[v]).norm());
         // The limit of a size is evaluated to a few units in the last place.
-        if (std::abs(result[v] - limit) > 1e-14 * limit) return "vertex " + std::to_string(v) + " is not tight against its parent";
+        if (std::abs(result[v] - limit) > 1e-14 * limit)
+            return "vertex " + std::to_string(v) + " is not tight against its parent";
         settled[v] = 1;
     }
     for (std::size_t v = 0; v < n; ++v)
@@ -252,7 +260,8 @@ constexpr double kRounding = 1e-12;
 
 double shock_limit(double h, double L, double beta) { return ShockLaw{std::log(beta)}.limit(h, L); }
 
-EdgeReduction limit_h_variation(const TriMesh& mesh, double bound, std::span<double> size, std::span<const int> required) {
+EdgeReduction limit_h_variation(const TriMesh& mesh, double bound, std::span<double> size,
+                                std::span<const int> required) {
     detail::require_above(bound, 0, "H-variation bound", "limit_h_variation");
     detail::require_sizes(mesh, size, "limit_h_variation");
     return settle(mesh, VariationLaw{bound}, size, detail::required_flags(mesh, size, required, "limit_h_variation"));
@@ -261,7 +270,8 @@ EdgeReduction limit_h_variation(const TriMesh& mesh, double bound, std::span<dou
 EdgeReduction limit_h_shock(const TriMesh& mesh, double beta, std::span<double> size, std::span<const int> required) {
     detail::require_above(beta, 1, "H-shock bound", "limit_h_shock");
     detail::require_sizes(mesh, size, "limit_h_shock");
-    EdgeReduction result = settle(mesh, ShockLaw{std::log(beta)}, size, detail::required_flags(mesh, size, required, "limit_h_shock"));
+    EdgeReduction result =
+        settle(mesh, ShockLaw{std::log(beta)}, size, detail::required_flags(mesh, size, required, "limit_h_shock"));
     result.coarse_edges = count_coarse_edges(mesh, beta, size);
     return result;
 }

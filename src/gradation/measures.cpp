@@ -32,7 +32,8 @@ Eigen::Vector3d size_gradient(const std::array<Eigen::Vector3d, 3>& corners, con
     const Eigen::Vector3d normal = ab.cross(ac);
     const double area2 = normal.squaredNorm();
     if (area2 == 0) return Eigen::Vector3d::Zero();
-    if (std::isinf(sizes[0] + sizes[1] + sizes[2])) return Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+    if (std::isinf(sizes[0] + sizes[1] + sizes[2]))
+        return Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
     return ((sizes[1] - sizes[0]) * ac.cross(normal) + (sizes[2] - sizes[0]) * normal.cross(ab)) / area2;
 }
 
@@ -51,7 +52,8 @@ std::vector<Eigen::Vector3d> size_gradients(const TriMesh& mesh, std::span<const
     const std::span<const Eigen::Vector3d> p = points_of(mesh);
     std::vector<Eigen::Vector3d> gradients;
     gradients.reserve(mesh.n_faces());
-    for (const auto& [a, b, c] : triangles_of(mesh)) gradients.push_back(size_gradient({p[a], p[b], p[c]}, {size[a], size[b], size[c]}));
+    for (const auto& [a, b, c] : triangles_of(mesh))
+        gradients.push_back(size_gradient({p[a], p[b], p[c]}, {size[a], size[b], size[c]}));
     return gradients;
 }
 
@@ -60,7 +62,8 @@ int count_coarse_edges(const TriMesh& mesh, double shock, std::span<const double
     detail::require_above(shock, 1, "H-shock bound", "count_coarse_edges");
     const double log_beta = std::log(shock);
     int coarse = 0;
-    detail::for_each_edge(mesh, [&](int, int a, int b, double L) { coarse += L * log_beta > kCoarseEdge * std::min(size[a], size[b]); });
+    detail::for_each_edge(
+        mesh, [&](int, int a, int b, double L) { coarse += L * log_beta > kCoarseEdge * std::min(size[a], size[b]); });
     return coarse;
 }
 

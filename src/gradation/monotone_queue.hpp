@@ -10,8 +10,8 @@
 namespace gradus::detail {
 
 /// Positive finite keys, smallest first; equal keys by rising item. Keys are put roughly in order into buckets by their
-/// leading bits (which grow like the logarithm), and exactly only when their bucket is reached; so what comes next is known
-/// a little ahead, and can be fetched from memory.
+/// leading bits (which grow like the logarithm), and exactly only when their bucket is reached; so what comes next is
+/// known a little ahead, and can be fetched from memory.
 class MonotoneQueue {
   public:
     /// Keys above `high` are allowed, but share one bucket. @pre 0 < low <= every key pushed
@@ -24,7 +24,8 @@ class MonotoneQueue {
     }
 
     void push(double key, int item) {
-        const std::ptrdiff_t b = static_cast<std::ptrdiff_t>(std::min<std::uint64_t>((bits(key) - base_) >> shift_, buckets_.size() - 1));
+        const std::ptrdiff_t b =
+            static_cast<std::ptrdiff_t>(std::min<std::uint64_t>((bits(key) - base_) >> shift_, buckets_.size() - 1));
         if (b > current_) {
             buckets_[b].push_back({key, item});
         } else {
@@ -58,7 +59,9 @@ class MonotoneQueue {
     };
 
     static std::uint64_t bits(double key) { return std::bit_cast<std::uint64_t>(key); }
-    static constexpr auto earlier = [](const Label& p, const Label& q) { return p.key < q.key || (p.key == q.key && p.item < q.item); };
+    static constexpr auto earlier = [](const Label& p, const Label& q) {
+        return p.key < q.key || (p.key == q.key && p.item < q.item);
+    };
     static constexpr auto later = [](const Label& p, const Label& q) { return earlier(q, p); };
 
     bool open_bucket() {

@@ -24,8 +24,8 @@ VertexGraph make_vertex_graph(const TriMesh& mesh) {
 
 void require_sizes(std::size_t vertices, std::span<const double> size, const char* function) {
     if (size.size() != vertices)
-        throw std::invalid_argument(std::string(function) + ": " + std::to_string(size.size()) + " sizes for " + std::to_string(vertices) +
-                                    " vertices");
+        throw std::invalid_argument(std::string(function) + ": " + std::to_string(size.size()) + " sizes for " +
+                                    std::to_string(vertices) + " vertices");
     for (std::size_t v = 0; v < size.size(); ++v)
         if (!(size[v] > 0))
             throw std::invalid_argument(std::string(function) + ": the size at vertex " + std::to_string(v) + " is " +
@@ -38,14 +38,17 @@ void require_above(double value, double above, const char* what, const char* fun
                                     ", it must be finite and greater than " + std::to_string(static_cast<int>(above)));
 }
 
-std::vector<char> required_flags(const TriMesh& mesh, std::span<const double> size, std::span<const int> required, const char* function) {
+std::vector<char> required_flags(const TriMesh& mesh, std::span<const double> size, std::span<const int> required,
+                                 const char* function) {
     if (required.empty()) return {};
     std::vector<char> flags(mesh.n_vertices(), 0);
     for (const int v : required) {
         if (v < 0 || v >= static_cast<int>(mesh.n_vertices()))
-            throw std::invalid_argument(std::string(function) + ": required vertex " + std::to_string(v) + " does not exist");
+            throw std::invalid_argument(std::string(function) + ": required vertex " + std::to_string(v) +
+                                        " does not exist");
         if (std::isinf(size[v]))
-            throw std::invalid_argument(std::string(function) + ": the size at required vertex " + std::to_string(v) + " is not set");
+            throw std::invalid_argument(std::string(function) + ": the size at required vertex " + std::to_string(v) +
+                                        " is not set");
         flags[v] = 1;
     }
     return flags;

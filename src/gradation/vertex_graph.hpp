@@ -9,7 +9,6 @@
 
 namespace gradus::detail {
 
-
 /// Calls visit(index, a, b, length) for each edge of the mesh in index order, a = from of its first half-edge.
 template <class Visit>
 void for_each_edge(const TriMesh& mesh, Visit visit) {
@@ -40,13 +39,16 @@ VertexGraph make_vertex_graph(const TriMesh& mesh);
 
 /// @throws std::invalid_argument naming `function` if sizes do not match the vertices or one is not positive (or NaN)
 void require_sizes(std::size_t vertices, std::span<const double> size, const char* function);
-inline void require_sizes(const TriMesh& mesh, std::span<const double> size, const char* function) { require_sizes(mesh.n_vertices(), size, function); }
+inline void require_sizes(const TriMesh& mesh, std::span<const double> size, const char* function) {
+    require_sizes(mesh.n_vertices(), size, function);
+}
 
 /// @throws std::invalid_argument naming `function` and value unless value > above (and finite)
 void require_above(double value, double above, const char* what, const char* function);
 
 /// One flag per vertex, or empty if nothing is required.
 /// @throws std::invalid_argument for an index that is no vertex, or one whose size is not set
-std::vector<char> required_flags(const TriMesh& mesh, std::span<const double> size, std::span<const int> required, const char* function);
+std::vector<char> required_flags(const TriMesh& mesh, std::span<const double> size, std::span<const int> required,
+                                 const char* function);
 
 }  // namespace gradus::detail

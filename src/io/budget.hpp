@@ -16,7 +16,8 @@ class Budget {
     void take(std::size_t numbers) {
         if (numbers > left_)
             throw IoError(path_, 0,
-                          "asks for more than " + std::to_string(numbers_) + " numbers, which is beyond what a file of its size means");
+                          "asks for more than " + std::to_string(numbers_) +
+                              " numbers, which is beyond what a file of its size means");
         left_ -= numbers;
     }
 

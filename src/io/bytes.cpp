@@ -21,6 +21,8 @@ void ByteReader::fail_at(std::size_t offset, const std::string& what) const {
     throw IoError(path_, 0, "at byte " + std::to_string(offset) + ": " + what);
 }
 
-void ByteReader::fail_truncated(const char* what) const { fail(std::string("expected ") + what + ", found the end of the file"); }
+void ByteReader::fail_truncated(const char* what) const {
+    fail(std::string("expected ") + what + ", found the end of the file");
+}
 
 }  // namespace gradus::io

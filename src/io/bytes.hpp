@@ -37,7 +37,9 @@ class ByteReader {
 
     /// Goes to a byte, which must not be behind the end.
     void seek(std::size_t offset, const char* what);
-    void skip(std::size_t bytes, const char* what) { bytes > remaining() ? fail_truncated(what) : seek(offset_ + bytes, what); }
+    void skip(std::size_t bytes, const char* what) {
+        bytes > remaining() ? fail_truncated(what) : seek(offset_ + bytes, what);
+    }
 
     /// Fails unless `count` things of `least` bytes each can follow.
     void check_count(std::uint64_t count, std::size_t least, const char* what) const;

@@ -24,7 +24,8 @@ void SurfaceCells::add(TriangleSoup& soup, const CellKind& kind, std::span<const
             break;
         case Shape::Strip:
             for (std::size_t i = 2; i < at.size(); ++i)
-                i % 2 == 0 ? add_triangle(soup, at[i - 2], at[i - 1], at[i]) : add_triangle(soup, at[i - 1], at[i - 2], at[i]);
+                i % 2 == 0 ? add_triangle(soup, at[i - 2], at[i - 1], at[i])
+                           : add_triangle(soup, at[i - 1], at[i - 2], at[i]);
             break;
         case Shape::Nothing:
         case Shape::Volume:
@@ -38,7 +39,8 @@ Field SurfaceCells::on_triangles(const Field& on_cells) const {
     const auto n = static_cast<std::size_t>(on_cells.components);
     field.values.reserve(n * cell_of_triangle_.size());
     for (const int cell : cell_of_triangle_)
-        for (std::size_t i = 0; i < n; ++i) field.values.push_back(on_cells.values[n * static_cast<std::size_t>(cell) + i]);
+        for (std::size_t i = 0; i < n; ++i)
+            field.values.push_back(on_cells.values[n * static_cast<std::size_t>(cell) + i]);
     return field;
 }
 

@@ -21,7 +21,8 @@ std::array<double, 3> linear_rgb(const Lab& c) {
     const double l = std::pow(c.l + 0.3963377774 * c.a + 0.2158037573 * c.b, 3);
     const double m = std::pow(c.l - 0.1055613458 * c.a - 0.0638541728 * c.b, 3);
     const double s = std::pow(c.l - 0.0894841775 * c.a - 1.2914855480 * c.b, 3);
-    return {4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s, -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
+    return {4.0767416621 * l - 3.3077115913 * m + 0.2309699292 * s,
+            -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
             -0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s};
 }
 
@@ -29,7 +30,9 @@ std::array<double, 3> linear_rgb(const Lab& c) {
 Colour from_lch(double l, double chroma, double hue) {
     const double angle = hue * std::numbers::pi / 180;
     const auto rgb = [&](double c) { return linear_rgb({l, c * std::cos(angle), c * std::sin(angle)}); };
-    const auto shows = [&](double c) { return std::ranges::all_of(rgb(c), [](double x) { return x >= -1e-9 && x <= 1 + 1e-9; }); };
+    const auto shows = [&](double c) {
+        return std::ranges::all_of(rgb(c), [](double x) { return x >= -1e-9 && x <= 1 + 1e-9; });
+    };
     double low = 0, high = chroma;
     if (shows(high)) low = high;
     for (int i = 0; i < 30 && low < high; ++i) {
@@ -53,8 +56,8 @@ double along(const std::array<double, N>& control, double t) {
     const double x = t * (N - 1);
     const int i = std::min(static_cast<int>(x), static_cast<int>(N) - 2);
     const double s = x - i, r = 1 - s;
-    return (r * r * r * value(i - 1) + (3 * s * s * s - 6 * s * s + 4) * value(i) + (3 * r * r * r - 6 * r * r + 4) * value(i + 1) +
-            s * s * s * value(i + 2)) /
+    return (r * r * r * value(i - 1) + (3 * s * s * s - 6 * s * s + 4) * value(i) +
+            (3 * r * r * r - 6 * r * r + 4) * value(i + 1) + s * s * s * value(i + 2)) /
            6;
 }
 
@@ -114,9 +117,11 @@ double place_on(const Range& range, Scale scale, double value) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     if (std::isnan(value) || (scale == Scale::Logarithmic && !(value > 0))) return none;
     const bool logarithmic = scale == Scale::Logarithmic;
-    const double low = logarithmic ? std::log(range.low) : range.low, high = logarithmic ? std::log(range.high) : range.high;
+    const double low = logarithmic ? std::log(range.low) : range.low,
+                 high = logarithmic ? std::log(range.high) : range.high;
     const double x = logarithmic ? std::log(value) : value;
-    if (is_one_value(range)) return value < range.low - rounding_of(range) ? 0 : value > range.high + rounding_of(range) ? 1 : 0.5;
+    if (is_one_value(range))
+        return value < range.low - rounding_of(range) ? 0 : value > range.high + rounding_of(range) ? 1 : 0.5;
     return (x - low) / (high - low);
 }
 
@@ -134,7 +139,9 @@ std::vector<double> ticks(const Range& range, Scale scale, int wanted) {
             };
             for (int e = first; e <= last; e += step) {
                 // Through decimal text, so that the tick is the double nearest to 0.01 and not a product beside it.
-                const auto power = [&](int digit) { return std::stod(std::to_string(digit) + "e" + std::to_string(e)); };
+                const auto power = [&](int digit) {
+                    return std::stod(std::to_string(digit) + "e" + std::to_string(e));
+                };
                 add(power(1));
                 if (decades <= 0.7 * wanted) add(power(2)), add(power(5));
             }
@@ -158,8 +165,10 @@ std::string tick_label(double value) {
     // 1e-06 reads better as 1e-6.
     if (const auto e = label.find('e'); e != std::string::npos) {
         std::size_t digit = e + 1;
-        if (label[digit] == '+') label.erase(digit, 1);
-        else ++digit;
+        if (label[digit] == '+')
+            label.erase(digit, 1);
+        else
+            ++digit;
         while (digit + 1 < label.size() && label[digit] == '0') label.erase(digit, 1);
     }
     return label;

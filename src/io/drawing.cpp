@@ -14,8 +14,8 @@ namespace {
 using Polyline = std::vector<Eigen::Vector2d>;
 
 /// A letter: capitals are 10 high, small letters 7, the base line is at 0, y points up.
-/// Its path: M x y moves, L x y draws a line, A cx cy rx ry from to draws a line to the start of an elliptic arc (degrees) and
-/// the arc, B the same with a move instead of the line.
+/// Its path: M x y moves, L x y draws a line, A cx cy rx ry from to draws a line to the start of an elliptic arc
+/// (degrees) and the arc, B the same with a move instead of the line.
 struct Glyph {
     char letter;
     double width;
@@ -174,7 +174,9 @@ void cover(Image& image, const std::vector<Polyline>& strokes, double width, con
     for (const Polyline& stroke : strokes)
         for (const Eigen::Vector2d& p : stroke) low = low.min(p.array()), high = high.max(p.array());
     if (!(low <= high).all()) return;
-    const auto clamped = [](double x, int limit) { return static_cast<int>(std::clamp(std::floor(x), 0.0, static_cast<double>(limit))); };
+    const auto clamped = [](double x, int limit) {
+        return static_cast<int>(std::clamp(std::floor(x), 0.0, static_cast<double>(limit)));
+    };
     const double reach = width / 2 + 1;
     const int x0 = clamped(low.x() - reach, image.width), x1 = clamped(high.x() + reach + 1, image.width);
     const int y0 = clamped(low.y() - reach, image.height), y1 = clamped(high.y() + reach + 1, image.height);
@@ -191,7 +193,8 @@ void cover(Image& image, const std::vector<Polyline>& strokes, double width, con
             for (int y = top; y < bottom; ++y)
                 for (int x = left; x < right; ++x) {
                     const double distance = distance_to_segment({x + 0.5, y + 0.5}, a, b);
-                    // Coverage of a pixel by a half-plane at this distance; a line thinner than a pixel covers its width at most.
+                    // Coverage of a pixel by a half-plane at this distance; a line thinner than a pixel covers its
+                    // width at most.
                     const double part = std::clamp(width / 2 - distance + 0.5, 0.0, std::min(1.0, width));
                     double& c = covered[static_cast<std::size_t>(y - y0) * (x1 - x0) + (x - x0)];
                     c = std::max(c, part);
@@ -199,26 +202,31 @@ void cover(Image& image, const std::vector<Polyline>& strokes, double width, con
         }
     }
     for (int y = y0; y < y1; ++y)
-        for (int x = x0; x < x1; ++x) image.blend(x, y, colour, covered[static_cast<std::size_t>(y - y0) * (x1 - x0) + (x - x0)]);
+        for (int x = x0; x < x1; ++x)
+            image.blend(x, y, colour, covered[static_cast<std::size_t>(y - y0) * (x1 - x0) + (x - x0)]);
 }
 
 }  // namespace
 
 void fill_box(Image& image, const Eigen::Vector2d& low, const Eigen::Vector2d& high, const Colour& colour) {
-    const int x0 = std::max(0, static_cast<int>(std::floor(low.x()))), x1 = std::min(image.width, static_cast<int>(std::ceil(high.x())));
-    const int y0 = std::max(0, static_cast<int>(std::floor(low.y()))), y1 = std::min(image.height, static_cast<int>(std::ceil(high.y())));
+    const int x0 = std::max(0, static_cast<int>(std::floor(low.x()))),
+              x1 = std::min(image.width, static_cast<int>(std::ceil(high.x())));
+    const int y0 = std::max(0, static_cast<int>(std::floor(low.y()))),
+              y1 = std::min(image.height, static_cast<int>(std::ceil(high.y())));
     const auto part = [](double a, double b, int i) {
         return std::clamp(std::min(b, i + 1.0) - std::max(a, static_cast<double>(i)), 0.0, 1.0);
     };
     for (int y = y0; y < y1; ++y)
-        for (int x = x0; x < x1; ++x) image.blend(x, y, colour, part(low.x(), high.x(), x) * part(low.y(), high.y(), y));
+        for (int x = x0; x < x1; ++x)
+            image.blend(x, y, colour, part(low.x(), high.x(), x) * part(low.y(), high.y(), y));
 }
 
 void draw_polyline(Image& image, std::span<const Eigen::Vector2d> points, double width, const Colour& colour) {
     cover(image, {Polyline(points.begin(), points.end())}, width, colour);
 }
 
-void draw_segment(Image& image, const Eigen::Vector2d& from, const Eigen::Vector2d& to, double width, const Colour& colour) {
+void draw_segment(Image& image, const Eigen::Vector2d& from, const Eigen::Vector2d& to, double width,
+                  const Colour& colour) {
     cover(image, {Polyline{from, to}}, width, colour);
 }
 
@@ -227,7 +235,8 @@ void paste(Image& image, const Image& source, int x, int y) {
     if (first >= last) return;
     for (int row = std::max(0, -y); row < std::min(source.height, image.height - y); ++row) {
         const auto* from = source.rgb.data() + 3 * (static_cast<std::size_t>(row) * source.width + first);
-        std::copy(from, from + 3 * (last - first), image.rgb.data() + 3 * (static_cast<std::size_t>(row + y) * image.width + x + first));
+        std::copy(from, from + 3 * (last - first),
+                  image.rgb.data() + 3 * (static_cast<std::size_t>(row + y) * image.width + x + first));
     }
 }
 
@@ -247,7 +256,8 @@ void draw_text(Image& image, const Eigen::Vector2d& at, std::string_view text, c
         for (Polyline& stroke : strokes)
             for (Eigen::Vector2d& p : stroke) {
                 const double along = pen + unit * p.x(), up = unit * p.y();
-                p = style.upwards ? Eigen::Vector2d(at.x() - up, at.y() - along) : Eigen::Vector2d(at.x() + along, at.y() - up);
+                p = style.upwards ? Eigen::Vector2d(at.x() - up, at.y() - along)
+                                  : Eigen::Vector2d(at.x() + along, at.y() - up);
             }
         cover(image, strokes, width, style.colour);
         pen += unit * (letter.width + letter_gap);

@@ -10,7 +10,9 @@ namespace gradus {
 namespace {
 
 /// Space a title takes, capitals and a little air below and above.
-int title_height(const std::string& title, double size) { return title.empty() ? 0 : static_cast<int>(std::ceil(2.4 * size)); }
+int title_height(const std::string& title, double size) {
+    return title.empty() ? 0 : static_cast<int>(std::ceil(2.4 * size));
+}
 
 double widest_label(const std::vector<double>& values, const TextStyle& style) {
     double widest = 0;
@@ -24,7 +26,8 @@ constexpr double bar_thickness = 1.5, tick_length = 0.45, label_gap = 0.5;  // i
 
 Image compose(std::span<const Panel> panels, const ComposeOptions& options) {
     if (panels.empty()) throw std::invalid_argument("compose: there are no panels");
-    if (options.columns < 1) throw std::invalid_argument("compose: columns " + std::to_string(options.columns) + " is less than 1");
+    if (options.columns < 1)
+        throw std::invalid_argument("compose: columns " + std::to_string(options.columns) + " is less than 1");
     const std::size_t columns = std::min(static_cast<std::size_t>(options.columns), panels.size());
     const std::size_t rows = (panels.size() + columns - 1) / columns;
     std::vector<int> widths(columns, 0), heights(rows, 0), titles(rows, 0);
@@ -50,7 +53,8 @@ Image compose(std::span<const Panel> panels, const ComposeOptions& options) {
             const Panel& panel = panels[r * columns + c];
             draw_text(image, {x + widths[c] / 2.0, y + 1.3 * options.text_size}, panel.title,
                       {.size = options.text_size, .colour = options.text, .align = Align::Centre});
-            paste(image, panel.image, x + (widths[c] - panel.image.width) / 2, y + titles[r] + (heights[r] - panel.image.height) / 2);
+            paste(image, panel.image, x + (widths[c] - panel.image.width) / 2,
+                  y + titles[r] + (heights[r] - panel.image.height) / 2);
             x += widths[c] + options.gap;
         }
         y += titles[r] + heights[r] + options.gap;
@@ -60,7 +64,8 @@ Image compose(std::span<const Panel> panels, const ComposeOptions& options) {
 
 double colour_bar_width(const ColourBar& bar) {
     const TextStyle style{.size = bar.text_size};
-    const double beside = (bar_thickness + tick_length + label_gap) * bar.text_size + widest_label(ticks(bar.range, bar.scale, 6), style);
+    const double beside =
+        (bar_thickness + tick_length + label_gap) * bar.text_size + widest_label(ticks(bar.range, bar.scale, 6), style);
     return std::max(beside, text_width(bar.title, style));
 }
 
@@ -69,7 +74,8 @@ void draw_colour_bar(Image& image, const Eigen::Vector2d& low, const Eigen::Vect
     const TextStyle style{.size = size, .colour = bar.text};
     draw_text(image, {low.x(), low.y() + size}, bar.title, style);
     const double left = std::round(low.x()), right = left + std::round(bar_thickness * size);
-    const double top = std::round(low.y() + (bar.title.empty() ? 0.5 : 2.4) * size), bottom = std::round(high.y() - 0.5 * size);
+    const double top = std::round(low.y() + (bar.title.empty() ? 0.5 : 2.4) * size),
+                 bottom = std::round(high.y() - 0.5 * size);
     for (double y = top; y < bottom; ++y)
         fill_box(image, {left, y}, {right, y + 1}, colour_at(bar.map, (bottom - y - 0.5) / (bottom - top)));
     for (const double value : ticks(bar.range, bar.scale, 6)) {

@@ -16,7 +16,8 @@ namespace gradus::io {
 /// In lower case, with the dot.
 std::string extension_of(const std::string& path);
 
-/// @throws std::invalid_argument naming the function if the soup is what no file may hold, since no reader would take it
+/// @throws std::invalid_argument naming the function if the soup is what no file may hold, since no reader would take
+/// it
 void check_writable(const char* function, const TriangleSoup& soup);
 /// The same for fields: names given once, and as many values as there are things.
 void check_writable(const char* function, const std::vector<Field>& fields, std::size_t count, const char* where);
@@ -36,11 +37,15 @@ TriangleSoup parse_poly(const std::string& path, std::string_view text);
 TriangleSoup triangulated(const std::string& path, const PlanarGraph& graph);
 TriangleSoup parse_off(const std::string& path, std::string_view text);
 TriangleSoup parse_stl(const std::string& path, std::string_view contents);
-std::vector<double> parse_sol(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count);
+std::vector<double> parse_sol(const std::string& path, std::string_view text,
+                              std::optional<std::size_t> expected_count);
 /// Without names.
-std::vector<Field> parse_solution(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count);
-std::vector<Field> parse_solution_binary(const std::string& path, std::string_view bytes, std::optional<std::size_t> expected_count);
-std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes, std::optional<std::size_t> expected_count);
+std::vector<Field> parse_solution(const std::string& path, std::string_view text,
+                                  std::optional<std::size_t> expected_count);
+std::vector<Field> parse_solution_binary(const std::string& path, std::string_view bytes,
+                                         std::optional<std::size_t> expected_count);
+std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes,
+                                     std::optional<std::size_t> expected_count);
 
 // The soups have been checked: finite coordinates, indices in range.
 std::string medit_text(const TriangleSoup& soup);

@@ -44,7 +44,8 @@ Layout lay_out(const HistogramData& histogram, const HistogramStyle& style) {
     layout.values = histogram.range;
     layout.scale = histogram.scale;
     double label = 0;
-    for (const double share : share_ticks(layout)) label = std::max(label, text_width(percent(share), {.size = layout.text}));
+    for (const double share : share_ticks(layout))
+        label = std::max(label, text_width(percent(share), {.size = layout.text}));
     layout.left = label + 2.2 * layout.text;
     layout.right = style.width - 2.5 * layout.text;
     layout.top = (style.title.empty() ? 1.5 : 4.2) * layout.text;
@@ -53,7 +54,8 @@ Layout lay_out(const HistogramData& histogram, const HistogramStyle& style) {
 }
 
 void check(const HistogramStyle& style) {
-    if (style.width < 64 || style.height < 64) throw std::invalid_argument("draw_histogram: picture smaller than 64 x 64");
+    if (style.width < 64 || style.height < 64)
+        throw std::invalid_argument("draw_histogram: picture smaller than 64 x 64");
     if (style.greatest_share && !(*style.greatest_share > 0))
         throw std::invalid_argument("draw_histogram: greatest_share must be positive");
 }
@@ -67,8 +69,9 @@ std::array<double, 2> bar_ends(const Layout& layout, const HistogramData& histog
 
 std::string svg_text(double x, double y, double size, const char* anchor, const std::string& text) {
     // A capital is about 0.72 of a font's size.
-    return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:.1f}\" text-anchor=\"{}\" fill=\"currentColor\">{}</text>\n", x, y,
-                       size / 0.72, anchor, markup::escape(text));
+    return fmt::format(
+        "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:.1f}\" text-anchor=\"{}\" fill=\"currentColor\">{}</text>\n", x,
+        y, size / 0.72, anchor, markup::escape(text));
 }
 
 std::string svg_line(double x0, double y0, double x1, double y1, const std::string& look) {
@@ -87,7 +90,8 @@ double HistogramData::share(std::size_t bin) const {
 std::array<double, 2> HistogramData::limits_of(std::size_t bin) const {
     const auto limit = [&](std::size_t i) {
         const double t = static_cast<double>(i) / static_cast<double>(counts.size());
-        return scale == Scale::Linear ? range.low + t * (range.high - range.low) : range.low * std::pow(range.high / range.low, t);
+        return scale == Scale::Linear ? range.low + t * (range.high - range.low)
+                                      : range.low * std::pow(range.high / range.low, t);
     };
     return {limit(bin), limit(bin + 1)};
 }
@@ -95,7 +99,8 @@ std::array<double, 2> HistogramData::limits_of(std::size_t bin) const {
 HistogramData count_values(std::span<const double> values, int bins, std::optional<Range> range, Scale scale) {
     if (bins < 1) throw std::invalid_argument("count_values: bins " + std::to_string(bins) + " is less than 1");
     if (range && !(range->high > range->low)) throw std::invalid_argument("count_values: range is not increasing");
-    if (range && scale == Scale::Logarithmic && !(range->low > 0)) throw std::invalid_argument("count_values: range is not positive");
+    if (range && scale == Scale::Logarithmic && !(range->low > 0))
+        throw std::invalid_argument("count_values: range is not positive");
     HistogramData histogram;
     histogram.range = range.value_or(range_of(values, scale));
     histogram.scale = scale;
@@ -107,17 +112,23 @@ HistogramData count_values(std::span<const double> values, int bins, std::option
     histogram.counts.assign(static_cast<std::size_t>(bins), 0);
     for (const double value : values) {
         const double place = place_on(histogram.range, scale, value);
-        if (std::isnan(place)) ++histogram.missing;
-        else if (value < histogram.range.low) ++histogram.below;
-        else if (value > histogram.range.high) ++histogram.above;
-        else ++histogram.counts[static_cast<std::size_t>(std::clamp(place * bins, 0.0, bins - 1.0))];
+        if (std::isnan(place))
+            ++histogram.missing;
+        else if (value < histogram.range.low)
+            ++histogram.below;
+        else if (value > histogram.range.high)
+            ++histogram.above;
+        else
+            ++histogram.counts[static_cast<std::size_t>(std::clamp(place * bins, 0.0, bins - 1.0))];
     }
     return histogram;
 }
 
-void share_axis(const HistogramData& left, HistogramStyle& left_style, const HistogramData& right, HistogramStyle& right_style) {
+void share_axis(const HistogramData& left, HistogramStyle& left_style, const HistogramData& right,
+                HistogramStyle& right_style) {
     constexpr double least = 1e-9;  // both may be empty
-    if (!left_style.greatest_share) left_style.greatest_share = std::max(headroom * std::max(tallest(left), tallest(right)), least);
+    if (!left_style.greatest_share)
+        left_style.greatest_share = std::max(headroom * std::max(tallest(left), tallest(right)), least);
     right_style.greatest_share = left_style.greatest_share;
 }
 
@@ -130,7 +141,8 @@ Image draw_histogram(const HistogramData& histogram, const HistogramStyle& style
     for (const double share : share_ticks(layout)) {
         const double y = layout.y(share);
         draw_segment(image, {layout.left, y}, {layout.right, y}, thin, grid);
-        draw_text(image, {layout.left - 0.7 * size, y + size / 2}, percent(share), {.size = size, .align = Align::Right});
+        draw_text(image, {layout.left - 0.7 * size, y + size / 2}, percent(share),
+                  {.size = size, .align = Align::Right});
     }
     for (std::size_t i = 0; i < histogram.counts.size(); ++i) {
         const auto [left, right] = bar_ends(layout, histogram, i);
@@ -144,7 +156,8 @@ Image draw_histogram(const HistogramData& histogram, const HistogramStyle& style
     }
     if (style.mark) {
         const double x = layout.x(*style.mark);
-        if (x >= layout.left && x <= layout.right) draw_segment(image, {x, layout.top}, {x, layout.bottom}, 1.8 * thin, hex(0xb5392b));
+        if (x >= layout.left && x <= layout.right)
+            draw_segment(image, {x, layout.top}, {x, layout.bottom}, 1.8 * thin, hex(0xb5392b));
     }
     const double middle = (layout.left + layout.right) / 2;
     draw_text(image, {middle, style.height - 1.2 * size}, style.x_label, {.size = size, .align = Align::Centre});
@@ -152,7 +165,8 @@ Image draw_histogram(const HistogramData& histogram, const HistogramStyle& style
     return image;
 }
 
-Image draw_histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right, HistogramStyle right_style) {
+Image draw_histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right,
+                      HistogramStyle right_style) {
     share_axis(left, left_style, right, right_style);
     const Image a = draw_histogram(left, left_style), b = draw_histogram(right, right_style);
     Image image(a.width + b.width, std::max(a.height, b.height));
@@ -166,8 +180,9 @@ std::string histogram_svg(const HistogramData& histogram, const HistogramStyle& 
     const Layout layout = lay_out(histogram, style);
     const double size = layout.text, middle = (layout.left + layout.right) / 2;
     const std::string grid = "stroke=\"currentColor\" stroke-opacity=\"0.15\"", ink = "stroke=\"currentColor\"";
-    std::string svg = fmt::format("<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\" aria-label=\"{2}\">\n",
-                                  style.width, style.height, markup::escape(style.title.empty() ? "histogram" : style.title));
+    std::string svg =
+        fmt::format("<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\" aria-label=\"{2}\">\n",
+                    style.width, style.height, markup::escape(style.title.empty() ? "histogram" : style.title));
     for (const double share : share_ticks(layout)) {
         svg += svg_line(layout.left, layout.y(share), layout.right, layout.y(share), grid);
         svg += svg_text(layout.left - 0.7 * size, layout.y(share) + size / 2, size, "end", percent(share));
@@ -178,9 +193,10 @@ std::string histogram_svg(const HistogramData& histogram, const HistogramStyle& 
         const auto [low, high] = histogram.limits_of(i);
         const double top = std::max(layout.y(histogram.share(i)), layout.top);
         svg += fmt::format(
-            "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"><title>{} to {}: {} ({})</title></rect>\n",
-            left, top, right - left, layout.bottom - top, markup::colour(style.bar), tick_label(low), tick_label(high), histogram.counts[i],
-            percent(histogram.share(i)));
+            "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"><title>{} to {}: {} "
+            "({})</title></rect>\n",
+            left, top, right - left, layout.bottom - top, markup::colour(style.bar), tick_label(low), tick_label(high),
+            histogram.counts[i], percent(histogram.share(i)));
     }
     svg += svg_line(layout.left, layout.bottom, layout.right, layout.bottom, ink);
     for (const double value : ticks(histogram.range, histogram.scale, 6)) {

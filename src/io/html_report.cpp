@@ -13,11 +13,14 @@ namespace {
 using markup::escape;
 
 constexpr const char* style_sheet = R"(
-:root { color-scheme: light dark; --line: #d8dde5; --soft: #f4f6f9; --ink: #1c2330; --dim: #5c677a; --page: #fff; --bar: #4878a8; --good: #1f7a4d; --bad: #b5392b; }
+:root { color-scheme: light dark; --line: #d8dde5; --soft: #f4f6f9; --ink: #1c2330; --dim: #5c677a; --page: #fff;
+  --bar: #4878a8; --good: #1f7a4d; --bad: #b5392b; }
 @media (prefers-color-scheme: dark) {
-  :root { --line: #343b47; --soft: #20252e; --ink: #e4e8ee; --dim: #98a3b5; --page: #171a20; --bar: #6f9fd0; --good: #5cc08d; --bad: #ef8372; } }
+  :root { --line: #343b47; --soft: #20252e; --ink: #e4e8ee; --dim: #98a3b5; --page: #171a20;
+  --bar: #6f9fd0; --good: #5cc08d; --bad: #ef8372; } }
 * { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 76rem; padding: 2rem 1.5rem 4rem; background: var(--page); color: var(--ink); font: 16px/1.5 system-ui, sans-serif; }
+body { margin: 0 auto; max-width: 76rem; padding: 2rem 1.5rem 4rem; background: var(--page);
+  color: var(--ink); font: 16px/1.5 system-ui, sans-serif; }
 h1 { margin: 0; font-size: 1.9rem; line-height: 1.2; }
 h2 { margin: 2.4rem 0 .8rem; padding-bottom: .25rem; border-bottom: 1px solid var(--line); font-size: 1.25rem; }
 .sub, caption, figcaption { color: var(--dim); }
@@ -39,7 +42,9 @@ svg { max-width: 100%; height: auto; font-family: system-ui, sans-serif; }
 )";
 
 /// An element with escaped text inside.
-std::string element(const char* name, const std::string& text) { return fmt::format("<{0}>{1}</{0}>", name, escape(text)); }
+std::string element(const char* name, const std::string& text) {
+    return fmt::format("<{0}>{1}</{0}>", name, escape(text));
+}
 
 std::string open_table(const std::string& caption, const std::vector<std::string>& header) {
     std::string html = "<div class=\"scroll\"><table>\n";
@@ -77,7 +82,8 @@ void HtmlReport::table(const std::vector<std::string>& header, const std::vector
                        const std::string& caption) {
     std::string html = open_table(caption, header);
     for (const std::vector<std::string>& row : rows) {
-        if (row.size() > header.size()) throw std::invalid_argument("HtmlReport::table: a row is longer than the header");
+        if (row.size() > header.size())
+            throw std::invalid_argument("HtmlReport::table: a row is longer than the header");
         html += "<tr>";
         for (std::size_t i = 0; i < header.size(); ++i) html += i < row.size() ? element("td", row[i]) : "<td></td>";
         html += "</tr>\n";
@@ -119,10 +125,11 @@ void HtmlReport::histogram(const HistogramData& histogram, const HistogramStyle&
     body_ += "<figure>\n" + histogram_svg(histogram, style) + "</figure>\n";
 }
 
-void HtmlReport::histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right, HistogramStyle right_style) {
+void HtmlReport::histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right,
+                            HistogramStyle right_style) {
     share_axis(left, left_style, right, right_style);
-    body_ += "<figure class=\"row\">\n<div>" + histogram_svg(left, left_style) + "</div>\n<div>" + histogram_svg(right, right_style) +
-             "</div>\n</figure>\n";
+    body_ += "<figure class=\"row\">\n<div>" + histogram_svg(left, left_style) + "</div>\n<div>" +
+             histogram_svg(right, right_style) + "</div>\n</figure>\n";
 }
 
 void HtmlReport::picture(const std::string& caption, const Image& image) { picture(caption, encode_png(image)); }
@@ -135,7 +142,8 @@ void HtmlReport::picture(const std::string& caption, std::string_view png) {
 
 std::string HtmlReport::html() const {
     std::string page = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
-    page += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n" + element("title", title_) + "\n<style>";
+    page += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n" + element("title", title_) +
+            "\n<style>";
     page += std::string(style_sheet) + "</style>\n</head>\n<body>\n<header>" + element("h1", title_);
     if (!subtitle_.empty()) page += "<p class=\"sub\">" + escape(subtitle_) + "</p>";
     page += "</header>\n" + body_;

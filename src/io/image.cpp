@@ -20,8 +20,8 @@ std::size_t offset(const Image& image, int x, int y) { return 3 * (static_cast<s
 Image::Image(int width_, int height_, const Colour& fill) : width(width_), height(height_) {
     constexpr int limit = 32768;
     if (width < 1 || height < 1 || width > limit || height > limit)
-        throw std::invalid_argument("Image: size " + std::to_string(width) + " x " + std::to_string(height) + " is not in 1.." +
-                                    std::to_string(limit));
+        throw std::invalid_argument("Image: size " + std::to_string(width) + " x " + std::to_string(height) +
+                                    " is not in 1.." + std::to_string(limit));
     const std::uint8_t pixel[3] = {byte_of(fill.r), byte_of(fill.g), byte_of(fill.b)};
     rgb.resize(3 * static_cast<std::size_t>(width) * height);
     for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] = pixel[i % 3];
@@ -43,7 +43,8 @@ void Image::blend(int x, int y, const Colour& colour, double alpha) {
 }
 
 std::string encode_png(const Image& image) {
-    if (image.width < 1 || image.height < 1 || image.rgb.size() != 3 * static_cast<std::size_t>(image.width) * image.height)
+    if (image.width < 1 || image.height < 1 ||
+        image.rgb.size() != 3 * static_cast<std::size_t>(image.width) * image.height)
         throw std::invalid_argument("encode_png: image is empty or its pixels do not match its size");
     png_image png{};
     png.version = PNG_IMAGE_VERSION;

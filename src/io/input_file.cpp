@@ -16,7 +16,8 @@ std::string read_file(const std::string& path) {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
     if (!file) throw IoError(path, 0, std::string("cannot be opened: ") + std::strerror(errno));
 
-    // The size is a first guess only: pipes have none, and a file may grow. One byte more than the size sees the end at once.
+    // The size is a first guess only: pipes have none, and a file may grow. One byte more than the size sees the end at
+    // once.
     const auto size = std::filesystem::is_regular_file(path, error) ? std::filesystem::file_size(path, error) : 0;
     std::string contents(error ? 1 << 16 : static_cast<std::size_t>(size) + 1, '\0');
     std::size_t used = 0;

@@ -8,7 +8,8 @@
 
 namespace gradus::markup {
 
-/// Text as content or attribute value: & < > " ' become entities, control characters other than tab and line end are dropped.
+/// Text as content or attribute value: & < > " ' become entities, control characters other than tab and line end are
+/// dropped.
 std::string escape(std::string_view text);
 
 /// #rrggbb

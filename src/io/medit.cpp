@@ -49,7 +49,8 @@ constexpr std::pair<std::string_view, Keyword> kKeywords[] = {
     {"SolAtVertices", Keyword::SolAtVertices},
 };
 
-// Sources: text and binary ---------------------------------------------------------------------------------------------
+// Sources: text and binary
+// ---------------------------------------------------------------------------------------------
 
 bool starts_keyword(std::string_view word) {
     std::string start(word.substr(0, 3));
@@ -75,7 +76,8 @@ class TextSource {
         while (!ended_ && !in_.at_end()) {
             const Where start = in_.position();
             const std::string_view word = in_.word("a keyword");
-            if (!starts_keyword(word)) in_.fail_at(start, "expected a keyword, found " + quoted(word) + " (more entries than announced?)");
+            if (!starts_keyword(word))
+                in_.fail_at(start, "expected a keyword, found " + quoted(word) + " (more entries than announced?)");
             for (const auto& [name, keyword] : kKeywords)
                 if (word == name) return keyword == Keyword::End ? keyword_after_end() : std::optional(keyword);
             skip_section();
@@ -91,7 +93,9 @@ class TextSource {
     double real_or_inf(const char* what) { return in_.real_or_inf(what); }
     double any_real(const char* what) { return in_.any_real(what); }
     std::int64_t integer(const char* what) { return in_.integer(what); }
-    std::size_t count(const char* what, std::size_t reals, std::size_t integers) { return in_.count(what, 2 * (reals + integers) - 1); }
+    std::size_t count(const char* what, std::size_t reals, std::size_t integers) {
+        return in_.count(what, 2 * (reals + integers) - 1);
+    }
     [[noreturn]] void fail_at(Where where, const std::string& what) const { in_.fail_at(where, what); }
 
   private:
@@ -140,33 +144,40 @@ class BinarySource {
             const std::size_t start = in_.offset();
             const auto keyword = in_.get<std::int32_t>("a keyword");
             if (keyword == static_cast<int>(Keyword::End)) return std::nullopt;
-            const std::int64_t next =
-                version_ < 3 ? in_.get<std::int32_t>("the end of a section") : in_.get<std::int64_t>("the end of a section");
+            const std::int64_t next = version_ < 3 ? in_.get<std::int32_t>("the end of a section")
+                                                   : in_.get<std::int64_t>("the end of a section");
             if (next <= static_cast<std::int64_t>(start))
                 in_.fail_at(start, "the section ends before it starts, at byte " + std::to_string(next));
             next_ = static_cast<std::size_t>(next);
-            const auto* known = std::find_if(std::begin(kKeywords), std::end(kKeywords),
-                                             [&](const auto& entry) { return static_cast<int>(entry.second) == keyword; });
+            const auto* known = std::find_if(std::begin(kKeywords), std::end(kKeywords), [&](const auto& entry) {
+                return static_cast<int>(entry.second) == keyword;
+            });
             read_ = known != std::end(kKeywords);
             if (read_) return known->second;
         }
     }
 
     Where where() const { return in_.offset(); }
-    double real_or_inf(const char* what) { return version_ == 1 ? static_cast<double>(in_.get<float>(what)) : in_.get<double>(what); }
+    double real_or_inf(const char* what) {
+        return version_ == 1 ? static_cast<double>(in_.get<float>(what)) : in_.get<double>(what);
+    }
     double any_real(const char* what) { return real_or_inf(what); }
     double real(const char* what) {
         const Where start = where();
         const double value = real_or_inf(what);
-        if (!std::isfinite(value)) in_.fail_at(start, std::string("expected ") + what + ", found a number that is not finite");
+        if (!std::isfinite(value))
+            in_.fail_at(start, std::string("expected ") + what + ", found a number that is not finite");
         return value;
     }
-    std::int64_t integer(const char* what) { return version_ < 4 ? in_.get<std::int32_t>(what) : in_.get<std::int64_t>(what); }
+    std::int64_t integer(const char* what) {
+        return version_ < 4 ? in_.get<std::int32_t>(what) : in_.get<std::int64_t>(what);
+    }
     /// The dimension is a single word in all versions.
     std::int64_t word(const char* what) { return in_.get<std::int32_t>(what); }
     std::size_t count(const char* what, std::size_t reals, std::size_t integers) {
         const std::int64_t value = integer(what);
-        in_.check_count(static_cast<std::uint64_t>(value), reals * (version_ == 1 ? 4 : 8) + integers * (version_ < 4 ? 4 : 8), what);
+        in_.check_count(static_cast<std::uint64_t>(value),
+                        reals * (version_ == 1 ? 4 : 8) + integers * (version_ < 4 ? 4 : 8), what);
         return static_cast<std::size_t>(value);
     }
     [[noreturn]] void fail_at(Where where, const std::string& what) const { in_.fail_at(where, what); }
@@ -185,11 +196,13 @@ template <class Source>
 int read_dimension(Source& in) {
     const auto where = in.where();
     const std::int64_t dimension = read_dimension_number(in);
-    if (dimension != 2 && dimension != 3) in.fail_at(where, "the dimension is " + std::to_string(dimension) + ", but must be 2 or 3");
+    if (dimension != 2 && dimension != 3)
+        in.fail_at(where, "the dimension is " + std::to_string(dimension) + ", but must be 2 or 3");
     return static_cast<int>(dimension);
 }
 
-// Sections -------------------------------------------------------------------------------------------------------------
+// Sections
+// -------------------------------------------------------------------------------------------------------------
 
 /// Sections come in any order, so indices are compared with the number of entries when all is read.
 template <class Source>
@@ -200,7 +213,8 @@ class IndexReader {
     int read(Source& in) {
         const auto where = in.where();
         const std::int64_t index = in.integer(what_);
-        if (index < 1 || index > std::numeric_limits<int>::max()) in.fail_at(where, message(index) + "; indices start at 1");
+        if (index < 1 || index > std::numeric_limits<int>::max())
+            in.fail_at(where, message(index) + "; indices start at 1");
         if (index > largest_) {
             largest_ = index;
             where_ = where;
@@ -209,11 +223,14 @@ class IndexReader {
     }
 
     void check(const Source& in, std::size_t count) const {
-        if (largest_ > static_cast<std::int64_t>(count)) in.fail_at(where_, message(largest_) + "; there are " + std::to_string(count));
+        if (largest_ > static_cast<std::int64_t>(count))
+            in.fail_at(where_, message(largest_) + "; there are " + std::to_string(count));
     }
 
   private:
-    std::string message(std::int64_t index) const { return std::string("index out of range: ") + what_ + " " + std::to_string(index); }
+    std::string message(std::int64_t index) const {
+        return std::string("index out of range: ") + what_ + " " + std::to_string(index);
+    }
 
     const char* what_;
     std::int64_t largest_ = 0;
@@ -232,9 +249,10 @@ struct Reading {
     IndexReader<Source> vertex{"vertex"};
     IndexReader<Source> edge{"edge"};
     IndexReader<Source> triangle{"triangle"};
-    std::vector<int> ridges, required_edges;    // entries of soup.edges
-    std::vector<int> required_triangles;        // entries under Triangles, which quadrilaterals may come between
-    std::vector<std::array<std::size_t, 2>> triangle_sections;  // entries before each, and triangles of the soup before it
+    std::vector<int> ridges, required_edges;  // entries of soup.edges
+    std::vector<int> required_triangles;      // entries under Triangles, which quadrilaterals may come between
+    std::vector<std::array<std::size_t, 2>>
+        triangle_sections;  // entries before each, and triangles of the soup before it
     std::size_t num_triangle_entries = 0;
 };
 
@@ -242,7 +260,8 @@ template <class Source>
 int read_reference(Source& in) {
     const auto where = in.where();
     const std::int64_t reference = in.integer("a reference");
-    if (reference != static_cast<int>(reference)) in.fail_at(where, "reference out of range: " + std::to_string(reference));
+    if (reference != static_cast<int>(reference))
+        in.fail_at(where, "reference out of range: " + std::to_string(reference));
     return static_cast<int>(reference);
 }
 
@@ -428,10 +447,11 @@ TriangleSoup with_triangles(const std::string& path, TriangleSoup soup) {
 
 /// The values under SolAtVertices, after the count: the number of fields and the kind of each.
 template <class Source>
-std::vector<double> read_size_values(Source& in, std::size_t count, std::optional<std::size_t> expected_count, typename Source::Where where) {
+std::vector<double> read_size_values(Source& in, std::size_t count, std::optional<std::size_t> expected_count,
+                                     typename Source::Where where) {
     if (expected_count && count != *expected_count)
-        in.fail_at(where,
-                   "holds " + std::to_string(count) + " sizes, but " + std::to_string(*expected_count) + " are expected, one per vertex");
+        in.fail_at(where, "holds " + std::to_string(count) + " sizes, but " + std::to_string(*expected_count) +
+                              " are expected, one per vertex");
     const auto kind = in.where();
     const std::int64_t fields = in.integer("the number of fields");
     const std::int64_t type = fields == 1 ? in.integer("the kind of the field") : 0;
@@ -491,8 +511,8 @@ std::vector<Field> read_fields(Source& in, std::size_t count, int dimension) {
         const std::int64_t kind = in.integer("the kind of a field");
         const int components = components_of(kind, dimension);
         if (components == 0)
-            in.fail_at(at,
-                       "unknown kind of a field: " + std::to_string(kind) + "; known are 1 scalar, 2 vector, 3 symmetric matrix, 4 matrix");
+            in.fail_at(at, "unknown kind of a field: " + std::to_string(kind) +
+                               "; known are 1 scalar, 2 vector, 3 symmetric matrix, 4 matrix");
         fields.push_back({"", components});
     }
     // Memory grows with what is read: counts alone may promise more than the file holds.
@@ -514,8 +534,8 @@ std::vector<Field> parse_fields(Source in, std::optional<std::size_t> expected_c
             if (fields) in.fail_at(where, "a second SolAtVertices section");
             const std::size_t count = in.count("the number of vertices", 1, 0);
             if (expected_count && count != *expected_count)
-                in.fail_at(where,
-                           "holds values at " + std::to_string(count) + " vertices, but the mesh has " + std::to_string(*expected_count));
+                in.fail_at(where, "holds values at " + std::to_string(count) + " vertices, but the mesh has " +
+                                      std::to_string(*expected_count));
             fields = read_fields(in, count, dimension);
         } else {
             in.fail_at(where, "holds a mesh, not a solution");
@@ -525,12 +545,16 @@ std::vector<Field> parse_fields(Source in, std::optional<std::size_t> expected_c
     return *fields;
 }
 
-// Writing --------------------------------------------------------------------------------------------------------------
+// Writing
+// --------------------------------------------------------------------------------------------------------------
 
-constexpr std::string_view kTextHeader = "MeshVersionFormatted 2\nDimension 3\n", kPlanarHeader = "MeshVersionFormatted 2\nDimension 2\n";
+constexpr std::string_view kTextHeader = "MeshVersionFormatted 2\nDimension 3\n",
+                           kPlanarHeader = "MeshVersionFormatted 2\nDimension 2\n";
 
 int label_of(const TriangleSoup& soup, std::size_t triangle) { return soup.labels.empty() ? 0 : soup.labels[triangle]; }
-int edge_label_of(const TriangleSoup& soup, std::size_t edge) { return edge < soup.edge_labels.size() ? soup.edge_labels[edge] : 0; }
+int edge_label_of(const TriangleSoup& soup, std::size_t edge) {
+    return edge < soup.edge_labels.size() ? soup.edge_labels[edge] : 0;
+}
 
 /// Sections of a binary file. Each starts with its keyword and the byte where it ends.
 class BinarySections {
@@ -563,8 +587,10 @@ class BinarySections {
   private:
     std::size_t position_size() const { return version_ < 3 ? 4 : 8; }
     void position(std::size_t value) {
-        if (version_ < 3) append_bytes(bytes_, static_cast<std::int32_t>(value));
-        else append_bytes(bytes_, static_cast<std::int64_t>(value));
+        if (version_ < 3)
+            append_bytes(bytes_, static_cast<std::int32_t>(value));
+        else
+            append_bytes(bytes_, static_cast<std::int64_t>(value));
     }
 
     std::string bytes_;
@@ -576,20 +602,28 @@ int version_for(std::size_t bytes) { return bytes < (std::size_t{1} << 31) ? 2 :
 
 }  // namespace
 
-TriangleSoup parse_medit(const std::string& path, std::string_view text) { return with_triangles(path, parse(TextSource(path, text))); }
-TriangleSoup parse_medit_binary(const std::string& path, std::string_view bytes) { return with_triangles(path, parse(BinarySource(path, bytes))); }
+TriangleSoup parse_medit(const std::string& path, std::string_view text) {
+    return with_triangles(path, parse(TextSource(path, text)));
+}
+TriangleSoup parse_medit_binary(const std::string& path, std::string_view bytes) {
+    return with_triangles(path, parse(BinarySource(path, bytes)));
+}
 
-std::vector<double> parse_sol(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count) {
+std::vector<double> parse_sol(const std::string& path, std::string_view text,
+                              std::optional<std::size_t> expected_count) {
     return parse_sizes(TextSource(path, text), expected_count);
 }
-std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes, std::optional<std::size_t> expected_count) {
+std::vector<double> parse_sol_binary(const std::string& path, std::string_view bytes,
+                                     std::optional<std::size_t> expected_count) {
     return parse_sizes(BinarySource(path, bytes), expected_count);
 }
 
-std::vector<Field> parse_solution(const std::string& path, std::string_view text, std::optional<std::size_t> expected_count) {
+std::vector<Field> parse_solution(const std::string& path, std::string_view text,
+                                  std::optional<std::size_t> expected_count) {
     return parse_fields(TextSource(path, text), expected_count);
 }
-std::vector<Field> parse_solution_binary(const std::string& path, std::string_view bytes, std::optional<std::size_t> expected_count) {
+std::vector<Field> parse_solution_binary(const std::string& path, std::string_view bytes,
+                                         std::optional<std::size_t> expected_count) {
     return parse_fields(BinarySource(path, bytes), expected_count);
 }
 
@@ -660,8 +694,8 @@ std::string medit_text(const TriangleSoup& soup) {
 std::string medit_binary(const TriangleSoup& soup) {
     const EdgeSections sections(soup);
     const RequiredElements& required = soup.required;
-    const std::size_t size = 256 + 28 * soup.points.size() + 4 * soup.corners.size() + 16 * sections.edges.size() + 16 * soup.triangles.size() +
-                             32 * soup.parameters.size() +
+    const std::size_t size = 256 + 28 * soup.points.size() + 4 * soup.corners.size() + 16 * sections.edges.size() +
+                             16 * soup.triangles.size() + 32 * soup.parameters.size() +
                              4 * (required.vertices.size() + required.edges.size() + required.triangles.size());
     BinarySections out(version_for(size), size, soup.dimension);
     out.begin_entries(Keyword::Vertices, soup.points.size(), soup.dimension == 2 ? 20 : 28);

@@ -49,8 +49,10 @@ constexpr MeshFormat kMeshFormats[] = {
 
 struct SizeFormat {
     const char* extension;
-    std::vector<double> (*parse)(const std::string& path, std::string_view contents, std::optional<std::size_t> expected_count);
-    std::vector<Field> (*parse_fields)(const std::string& path, std::string_view contents, std::optional<std::size_t> expected_count);
+    std::vector<double> (*parse)(const std::string& path, std::string_view contents,
+                                 std::optional<std::size_t> expected_count);
+    std::vector<Field> (*parse_fields)(const std::string& path, std::string_view contents,
+                                       std::optional<std::size_t> expected_count);
     std::string (*contents)(std::span<const double>);
 };
 
@@ -67,7 +69,9 @@ const auto& format_of(const std::string& path, const Formats& formats) {
         if (extension == format.extension) return format;
         known += std::string(known.empty() ? "" : " ") + format.extension;
     }
-    throw IoError(path, 0, (extension.empty() ? "has no extension" : "has the unknown extension " + extension) + "; known are " + known);
+    throw IoError(
+        path, 0,
+        (extension.empty() ? "has no extension" : "has the unknown extension " + extension) + "; known are " + known);
 }
 
 std::string read_filled_file(const std::string& path) {
@@ -82,8 +86,8 @@ std::string read_filled_file(const std::string& path) {
 
 void check_vertex(const char* function, int vertex, std::size_t num_points, const char* what, std::size_t entry) {
     if (vertex < 0 || static_cast<std::size_t>(vertex) >= num_points)
-        refuse(function, std::string(what) + " " + std::to_string(entry) + " has vertex " + std::to_string(vertex) + " of " +
-                             std::to_string(num_points));
+        refuse(function, std::string(what) + " " + std::to_string(entry) + " has vertex " + std::to_string(vertex) +
+                             " of " + std::to_string(num_points));
 }
 
 }  // namespace
@@ -98,27 +102,33 @@ std::string io::extension_of(const std::string& path) {
 void io::check_writable(const char* function, const TriangleSoup& soup) {
     const std::size_t n = soup.points.size();
     for (std::size_t i = 0; i < n; ++i)
-        if (!soup.points[i].allFinite()) refuse(function, "vertex " + std::to_string(i) + " has a coordinate that is not finite");
+        if (!soup.points[i].allFinite())
+            refuse(function, "vertex " + std::to_string(i) + " has a coordinate that is not finite");
     for (std::size_t t = 0; t < soup.triangles.size(); ++t)
         for (const int vertex : soup.triangles[t]) check_vertex(function, vertex, n, "triangle", t);
     if (!soup.labels.empty() && soup.labels.size() != soup.triangles.size())
-        refuse(function, std::to_string(soup.labels.size()) + " labels for " + std::to_string(soup.triangles.size()) + " triangles");
+        refuse(function, std::to_string(soup.labels.size()) + " labels for " + std::to_string(soup.triangles.size()) +
+                             " triangles");
     for (std::size_t e = 0; e < soup.edges.size(); ++e)
         for (const int vertex : soup.edges[e]) check_vertex(function, vertex, n, "edge", e);
     if (!soup.edge_labels.empty() && soup.edge_labels.size() != soup.edges.size())
-        refuse(function, std::to_string(soup.edge_labels.size()) + " labels for " + std::to_string(soup.edges.size()) + " edges");
+        refuse(function,
+               std::to_string(soup.edge_labels.size()) + " labels for " + std::to_string(soup.edges.size()) + " edges");
     for (std::size_t c = 0; c < soup.corners.size(); ++c) check_vertex(function, soup.corners[c], n, "corner", c);
     const RequiredElements& required = soup.required;
-    for (std::size_t v = 0; v < required.vertices.size(); ++v) check_vertex(function, required.vertices[v], n, "required vertex", v);
+    for (std::size_t v = 0; v < required.vertices.size(); ++v)
+        check_vertex(function, required.vertices[v], n, "required vertex", v);
     for (std::size_t e = 0; e < required.edges.size(); ++e)
         for (const int vertex : required.edges[e]) check_vertex(function, vertex, n, "required edge", e);
     for (const int t : required.triangles)
         if (t < 0 || static_cast<std::size_t>(t) >= soup.triangles.size())
-            refuse(function, "triangle " + std::to_string(t) + " is required of " + std::to_string(soup.triangles.size()));
+            refuse(function,
+                   "triangle " + std::to_string(t) + " is required of " + std::to_string(soup.triangles.size()));
     for (std::size_t p = 0; p < soup.parameters.size(); ++p) {
         const auto& [vertex, at] = soup.parameters[p];
         check_vertex(function, vertex, n, "parameter entry", p);
-        if (at.patch < 0 || !at.uv.allFinite()) refuse(function, "parameter entry " + std::to_string(p) + " has no patch or is not finite");
+        if (at.patch < 0 || !at.uv.allFinite())
+            refuse(function, "parameter entry " + std::to_string(p) + " has no patch or is not finite");
     }
 }
 
@@ -126,17 +136,18 @@ void io::check_writable(const char* function, const std::vector<Field>& fields, 
     std::set<std::string> names;
     for (const Field& field : fields) {
         const std::string name = std::string(where) + " field '" + field.name + "'";
-        if (field.name.empty() || !names.insert(field.name).second) refuse(function, name + ": a name must be given, and once");
+        if (field.name.empty() || !names.insert(field.name).second)
+            refuse(function, name + ": a name must be given, and once");
         if (field.components < 1 || field.values.size() != count * static_cast<std::size_t>(field.components))
-            refuse(function, name + " has " + std::to_string(field.values.size()) + " numbers for " + std::to_string(count) + " times " +
-                                 std::to_string(field.components) + " components");
+            refuse(function, name + " has " + std::to_string(field.values.size()) + " numbers for " +
+                                 std::to_string(count) + " times " + std::to_string(field.components) + " components");
     }
 }
 
 bool io::holds_integers(const Field& field) {
     constexpr double kExact = 9007199254740992;  // 2^53
-    return field.integer &&
-           std::all_of(field.values.begin(), field.values.end(), [](double x) { return std::abs(x) <= kExact && x == std::trunc(x); });
+    return field.integer && std::all_of(field.values.begin(), field.values.end(),
+                                        [](double x) { return std::abs(x) <= kExact && x == std::trunc(x); });
 }
 
 std::vector<Field> io::cell_fields_of(const MeshData& data) {
@@ -159,7 +170,8 @@ std::vector<Field> read_solution(const std::string& path, std::optional<std::siz
     const SizeFormat& format = format_of(path, kSizeFormats);
     std::vector<Field> fields = format.parse_fields(path, read_filled_file(path), expected_count);
     const std::string name = std::filesystem::path(path).stem().string();
-    for (std::size_t i = 0; i < fields.size(); ++i) fields[i].name = fields.size() == 1 ? name : name + "_" + std::to_string(i + 1);
+    for (std::size_t i = 0; i < fields.size(); ++i)
+        fields[i].name = fields.size() == 1 ? name : name + "_" + std::to_string(i + 1);
     return fields;
 }
 
@@ -183,7 +195,8 @@ bool marks_required(const std::string& path) {
 namespace {
 
 void write_as(const MeshFormat& format, const std::string& path, const MeshData& data, const WriteOptions& options) {
-    if (format.text == nullptr) throw IoError(path, 0, std::string("the format ") + format.extension + " is only read, not written");
+    if (format.text == nullptr)
+        throw IoError(path, 0, std::string("the format ") + format.extension + " is only read, not written");
     write_file(path, options.ascii ? format.text(data) : format.binary(data));
 }
 
@@ -206,11 +219,12 @@ void write_mesh_data(const std::string& path, const MeshData& data, const WriteO
     for (const auto* fields : {&data.point_fields, &data.cell_fields})
         for (const Field& field : *fields) {
             if (!format.fields)
-                throw IoError(path, 0, std::string("the format ") + format.extension + " holds no fields; .msh .ply .vtu do");
+                throw IoError(path, 0,
+                              std::string("the format ") + format.extension + " holds no fields; .msh .ply .vtu do");
             if (std::string_view(format.extension) == ".msh" && field.components > io::kMostComponents)
                 throw IoError(path, 0,
-                              "field '" + field.name + "' has " + std::to_string(field.components) + " components; .msh holds up to " +
-                                  std::to_string(io::kMostComponents));
+                              "field '" + field.name + "' has " + std::to_string(field.components) +
+                                  " components; .msh holds up to " + std::to_string(io::kMostComponents));
         }
     write_as(format, path, data, options);
 }
@@ -224,8 +238,8 @@ void write_sizes(const std::string& path, std::span<const double> sizes) {
     const SizeFormat& format = format_of(path, kSizeFormats);
     for (std::size_t i = 0; i < sizes.size(); ++i)
         if (!(sizes[i] > 0))
-            throw std::invalid_argument("write_sizes: the size of vertex " + std::to_string(i) + " is " + std::to_string(sizes[i]) +
-                                        ", but must be > 0");
+            throw std::invalid_argument("write_sizes: the size of vertex " + std::to_string(i) + " is " +
+                                        std::to_string(sizes[i]) + ", but must be > 0");
     write_file(path, format.contents(sizes));
 }
 

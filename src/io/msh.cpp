@@ -18,22 +18,29 @@ namespace {
 
 /// Elements by their number in the format; the corners come first in all of them.
 constexpr CellKind kKinds[] = {
-    {1, Shape::Lines, 2, 2, "lines"},         {2, Shape::Polygon, 3, 3, "triangles"},   {3, Shape::Polygon, 4, 4, "quads"},
-    {4, Shape::Volume, 4, 4, "tetrahedra"},   {5, Shape::Volume, 8, 8, "hexahedra"},    {6, Shape::Volume, 6, 6, "prisms"},
-    {7, Shape::Volume, 5, 5, "pyramids"},     {8, Shape::Lines, 2, 3, "lines"},         {9, Shape::Polygon, 3, 6, "triangles"},
-    {10, Shape::Polygon, 4, 9, "quads"},      {11, Shape::Volume, 4, 10, "tetrahedra"}, {12, Shape::Volume, 8, 27, "hexahedra"},
-    {13, Shape::Volume, 6, 18, "prisms"},     {14, Shape::Volume, 5, 14, "pyramids"},   {15, Shape::Nothing, 1, 1, "points"},
-    {16, Shape::Polygon, 4, 8, "quads"},      {17, Shape::Volume, 8, 20, "hexahedra"},  {18, Shape::Volume, 6, 15, "prisms"},
-    {19, Shape::Volume, 5, 13, "pyramids"},   {20, Shape::Polygon, 3, 9, "triangles"},  {21, Shape::Polygon, 3, 10, "triangles"},
-    {22, Shape::Polygon, 3, 12, "triangles"}, {23, Shape::Polygon, 3, 15, "triangles"}, {24, Shape::Polygon, 3, 15, "triangles"},
-    {25, Shape::Polygon, 3, 21, "triangles"}, {26, Shape::Lines, 2, 4, "lines"},        {27, Shape::Lines, 2, 5, "lines"},
-    {28, Shape::Lines, 2, 6, "lines"},        {29, Shape::Volume, 4, 20, "tetrahedra"}, {30, Shape::Volume, 4, 35, "tetrahedra"},
-    {31, Shape::Volume, 4, 56, "tetrahedra"}, {36, Shape::Polygon, 4, 16, "quads"},     {37, Shape::Polygon, 4, 25, "quads"},
-    {38, Shape::Polygon, 4, 36, "quads"},     {92, Shape::Volume, 8, 64, "hexahedra"},  {93, Shape::Volume, 8, 125, "hexahedra"},
+    {1, Shape::Lines, 2, 2, "lines"},         {2, Shape::Polygon, 3, 3, "triangles"},
+    {3, Shape::Polygon, 4, 4, "quads"},       {4, Shape::Volume, 4, 4, "tetrahedra"},
+    {5, Shape::Volume, 8, 8, "hexahedra"},    {6, Shape::Volume, 6, 6, "prisms"},
+    {7, Shape::Volume, 5, 5, "pyramids"},     {8, Shape::Lines, 2, 3, "lines"},
+    {9, Shape::Polygon, 3, 6, "triangles"},   {10, Shape::Polygon, 4, 9, "quads"},
+    {11, Shape::Volume, 4, 10, "tetrahedra"}, {12, Shape::Volume, 8, 27, "hexahedra"},
+    {13, Shape::Volume, 6, 18, "prisms"},     {14, Shape::Volume, 5, 14, "pyramids"},
+    {15, Shape::Nothing, 1, 1, "points"},     {16, Shape::Polygon, 4, 8, "quads"},
+    {17, Shape::Volume, 8, 20, "hexahedra"},  {18, Shape::Volume, 6, 15, "prisms"},
+    {19, Shape::Volume, 5, 13, "pyramids"},   {20, Shape::Polygon, 3, 9, "triangles"},
+    {21, Shape::Polygon, 3, 10, "triangles"}, {22, Shape::Polygon, 3, 12, "triangles"},
+    {23, Shape::Polygon, 3, 15, "triangles"}, {24, Shape::Polygon, 3, 15, "triangles"},
+    {25, Shape::Polygon, 3, 21, "triangles"}, {26, Shape::Lines, 2, 4, "lines"},
+    {27, Shape::Lines, 2, 5, "lines"},        {28, Shape::Lines, 2, 6, "lines"},
+    {29, Shape::Volume, 4, 20, "tetrahedra"}, {30, Shape::Volume, 4, 35, "tetrahedra"},
+    {31, Shape::Volume, 4, 56, "tetrahedra"}, {36, Shape::Polygon, 4, 16, "quads"},
+    {37, Shape::Polygon, 4, 25, "quads"},     {38, Shape::Polygon, 4, 36, "quads"},
+    {92, Shape::Volume, 8, 64, "hexahedra"},  {93, Shape::Volume, 8, 125, "hexahedra"},
 };
 constexpr std::size_t kMostNodes = 125;
 
-// Source: text or binary -----------------------------------------------------------------------------------------------
+// Source: text or binary
+// -----------------------------------------------------------------------------------------------
 
 class Source {
   public:
@@ -52,27 +59,33 @@ class Source {
     void read_format() {
         const char* where = text_.position();
         const std::string_view word = text_.peek();
-        if (word != "$MeshFormat") text_.fail_at(where, "is not a Gmsh file: expected $MeshFormat, found " + quoted(word));
+        if (word != "$MeshFormat")
+            text_.fail_at(where, "is not a Gmsh file: expected $MeshFormat, found " + quoted(word));
         text_.word("$MeshFormat");
         text_.at_end();
         where = text_.position();
         const double version = text_.real("the version");
         version_ = version >= 2 && version < 3 ? 2 : version == 4.1 ? 4 : 0;
-        if (version_ == 0) text_.fail_at(where, "has version " + tick(version) + " of Gmsh's format; 2.2 and 4.1 are read");
+        if (version_ == 0)
+            text_.fail_at(where, "has version " + tick(version) + " of Gmsh's format; 2.2 and 4.1 are read");
         text_.at_end();
         where = text_.position();
         const std::int64_t type = text_.integer("0 for text or 1 for binary");
-        if (type != 0 && type != 1) text_.fail_at(where, "expected 0 for text or 1 for binary, found " + std::to_string(type));
+        if (type != 0 && type != 1)
+            text_.fail_at(where, "expected 0 for text or 1 for binary, found " + std::to_string(type));
         text_.at_end();
         where = text_.position();
         const std::int64_t size = text_.integer("the size of a number");
-        if (size != 8) text_.fail_at(where, "numbers of " + std::to_string(size) + " bytes are not supported, only of 8");
+        if (size != 8)
+            text_.fail_at(where, "numbers of " + std::to_string(size) + " bytes are not supported, only of 8");
         binary_ = type == 1;
         if (binary_) {
             begin_data();
             const auto one = bytes_.get<std::int32_t>("the number 1 that tells the byte order");
-            if (one == 0x01000000) bytes_.swap_bytes();
-            else if (one != 1) bytes_.fail_at(bytes_.offset() - 4, "expected the number 1 that tells the byte order");
+            if (one == 0x01000000)
+                bytes_.swap_bytes();
+            else if (one != 1)
+                bytes_.fail_at(bytes_.offset() - 4, "expected the number 1 that tells the byte order");
         }
         end_section("$MeshFormat");
     }
@@ -120,7 +133,9 @@ class Source {
     std::size_t remaining() const { return in_bytes_ ? bytes_.remaining() : text_.remaining(); }
     std::int64_t integer(const char* what) { return in_bytes_ ? bytes_.get<std::int32_t>(what) : text_.integer(what); }
     /// A number or a count that has 8 bytes in version 4.1.
-    std::int64_t tag(const char* what) { return in_bytes_ && version_ == 4 ? bytes_.get<std::int64_t>(what) : integer(what); }
+    std::int64_t tag(const char* what) {
+        return in_bytes_ && version_ == 4 ? bytes_.get<std::int64_t>(what) : integer(what);
+    }
     /// A count of things with so many integers and reals each.
     std::size_t count(const char* what, std::size_t integers, std::size_t reals) {
         const std::size_t least = 2 * (integers + reals) - 1;
@@ -166,11 +181,12 @@ class Numbering {
     std::optional<std::int64_t> sort() {
         in_order_ = true;
         for (std::size_t i = 0; i < numbers_.size() && in_order_; ++i)
-            in_order_ = i == 0 || (numbers_[i - 1].first < numbers_[i].first && numbers_[i - 1].first == numbers_[i].first - 1);
+            in_order_ =
+                i == 0 || (numbers_[i - 1].first < numbers_[i].first && numbers_[i - 1].first == numbers_[i].first - 1);
         if (in_order_) return std::nullopt;
         std::sort(numbers_.begin(), numbers_.end());
-        const auto twice =
-            std::adjacent_find(numbers_.begin(), numbers_.end(), [](const auto& a, const auto& b) { return a.first == b.first; });
+        const auto twice = std::adjacent_find(numbers_.begin(), numbers_.end(),
+                                              [](const auto& a, const auto& b) { return a.first == b.first; });
         return twice == numbers_.end() ? std::nullopt : std::optional(twice->first);
     }
     /// Index in the order of add, -1 if there is none.
@@ -186,7 +202,8 @@ class Numbering {
     bool in_order_ = false;
 };
 
-// Reading --------------------------------------------------------------------------------------------------------------
+// Reading
+// --------------------------------------------------------------------------------------------------------------
 
 /// What is known of an element besides its nodes.
 struct Tags {
@@ -232,7 +249,8 @@ class Reader {
 int Reader::read_label(const char* what) {
     const std::size_t where = in_.where();
     const std::int64_t label = in_.integer(what);
-    if (label != static_cast<int>(label)) in_.fail_at(where, std::string(what) + " is out of range: " + std::to_string(label));
+    if (label != static_cast<int>(label))
+        in_.fail_at(where, std::string(what) + " is out of range: " + std::to_string(label));
     return static_cast<int>(label);
 }
 
@@ -302,7 +320,8 @@ void Reader::read_node_blocks() {
     for (std::size_t b = 0; b < blocks; ++b) {
         const std::size_t where = in_.where();
         const std::int64_t dimension = in_.integer("the dimension of an entity");
-        if (dimension < 0 || dimension > 3) in_.fail_at(where, "the dimension of an entity is " + std::to_string(dimension));
+        if (dimension < 0 || dimension > 3)
+            in_.fail_at(where, "the dimension of an entity is " + std::to_string(dimension));
         in_.integer("an entity");
         const bool parametric = in_.integer("whether there are parameters") != 0;
         const std::size_t n = in_.count("the number of nodes in a block", 1, 3);
@@ -313,7 +332,8 @@ void Reader::read_node_blocks() {
         }
     }
     if (data_.soup.points.size() != total)
-        in_.fail_at(start, std::to_string(total) + " nodes are announced, but the blocks hold " + std::to_string(data_.soup.points.size()));
+        in_.fail_at(start, std::to_string(total) + " nodes are announced, but the blocks hold " +
+                               std::to_string(data_.soup.points.size()));
 }
 
 const CellKind& Reader::read_kind() {
@@ -321,7 +341,8 @@ const CellKind& Reader::read_kind() {
     const std::int64_t type = in_.integer("the type of an element");
     for (const CellKind& kind : kKinds) {
         if (kind.type != type) continue;
-        if (kind.shape == Shape::Volume) in_.fail_at(where, std::string("holds ") + kind.name + "; give a surface mesh");
+        if (kind.shape == Shape::Volume)
+            in_.fail_at(where, std::string("holds ") + kind.name + "; give a surface mesh");
         return kind;
     }
     in_.fail_at(where, "elements of type " + std::to_string(type) + " are not supported");
@@ -333,7 +354,8 @@ void Reader::read_element(const CellKind& kind, std::int64_t number, const Tags&
         const std::size_t where = in_.where();
         const std::int64_t node = in_.tag("a node of an element");
         nodes[static_cast<std::size_t>(i)] = nodes_.find(node);
-        if (nodes[static_cast<std::size_t>(i)] < 0) in_.fail_at(where, "node " + std::to_string(node) + " is not among the nodes");
+        if (nodes[static_cast<std::size_t>(i)] < 0)
+            in_.fail_at(where, "node " + std::to_string(node) + " is not among the nodes");
     }
     cells_.add(data_.soup, kind, std::span(nodes).first(static_cast<std::size_t>(kind.nodes)));
     tags_of_triangle_.resize(data_.soup.triangles.size(), tags);
@@ -344,13 +366,15 @@ void Reader::read_elements() {
     const std::size_t total = in_.text().count("the number of elements", 7);
     in_.begin_data();
     for (std::size_t done = 0; done < total;) {
-        // Text: number, type, tags, nodes. Binary: a header with type, how many and tags; then number, tags, nodes of each.
+        // Text: number, type, tags, nodes. Binary: a header with type, how many and tags; then number, tags, nodes of
+        // each.
         const std::size_t where = in_.where();
         std::int64_t number = in_.binary() ? 0 : in_.integer("the number of an element");
         const CellKind& kind = read_kind();
         const std::int64_t n = in_.binary() ? in_.integer("the number of elements that follow") : 1;
         if (n < 1 || n > static_cast<std::int64_t>(total - done))
-            in_.fail_at(where, std::to_string(n) + " elements follow, but " + std::to_string(total - done) + " are left");
+            in_.fail_at(where,
+                        std::to_string(n) + " elements follow, but " + std::to_string(total - done) + " are left");
         const std::int64_t num_tags = in_.integer("the number of tags");
         if (num_tags < 0) in_.fail_at(where, "the number of tags is negative: " + std::to_string(num_tags));
         for (std::int64_t i = 0; i < n; ++i, ++done) {
@@ -369,12 +393,14 @@ void Reader::read_elements() {
 void Reader::read_element_blocks() {
     in_.begin_data();
     const std::size_t start = in_.where();
-    const std::size_t blocks = in_.count("the number of blocks", 4, 0), total = in_.count("the number of elements", 2, 0);
+    const std::size_t blocks = in_.count("the number of blocks", 4, 0),
+                      total = in_.count("the number of elements", 2, 0);
     for (const char* what : {"the least number of an element", "the greatest number of an element"}) in_.tag(what);
     for (std::size_t b = 0; b < blocks; ++b) {
         const std::int64_t dimension = in_.integer("the dimension of an entity");
         Tags tags{std::nullopt, read_label("an entity")};
-        if (const auto found = surfaces_.find(tags.entity); dimension == 2 && found != surfaces_.end()) tags = found->second;
+        if (const auto found = surfaces_.find(tags.entity); dimension == 2 && found != surfaces_.end())
+            tags = found->second;
         const CellKind& kind = read_kind();
         const std::size_t n = in_.count("the number of elements in a block", 2, 0);
         for (std::size_t i = 0; i < n; ++i) {
@@ -383,7 +409,8 @@ void Reader::read_element_blocks() {
         }
     }
     if (cells_.size() != total)
-        in_.fail_at(start, std::to_string(total) + " elements are announced, but the blocks hold " + std::to_string(cells_.size()));
+        in_.fail_at(start, std::to_string(total) + " elements are announced, but the blocks hold " +
+                               std::to_string(cells_.size()));
 }
 
 /// A row of values per thing that has some, not-a-number for the others.
@@ -407,7 +434,8 @@ Field Reader::read_field(std::string_view section, const Numbering& rows_of, std
     if (integers < 3) text.fail_at(where, "expected a step, the number of components and the number of entries");
     text.integer("a step");
     const std::int64_t components = text.integer("the number of components");
-    if (components < 1 || components > kMostComponents) text.fail_at(where, "the number of components is " + std::to_string(components));
+    if (components < 1 || components > kMostComponents)
+        text.fail_at(where, "the number of components is " + std::to_string(components));
     const std::size_t entries = text.count("the number of entries", 2 * static_cast<std::size_t>(components));
     for (std::size_t i = 3; i < integers; ++i) text.integer("an integer tag");
 
@@ -419,7 +447,9 @@ Field Reader::read_field(std::string_view section, const Numbering& rows_of, std
         const std::size_t at = in_.where();
         const std::int64_t number = in_.integer("the number of a node or an element");
         const int row = rows_of.find(number);
-        if (row < 0) in_.fail_at(at, std::string(section.substr(1)) + " is for " + std::to_string(number) + ", which is not in the mesh");
+        if (row < 0)
+            in_.fail_at(at, std::string(section.substr(1)) + " is for " + std::to_string(number) +
+                                ", which is not in the mesh");
         for (std::int64_t k = 0; k < components; ++k)
             field.values[static_cast<std::size_t>(row * components + k)] = in_.any_real("a value");
     }
@@ -441,7 +471,8 @@ void Reader::read_data(std::string_view section) {
         const Field on_elements = read_field(section, elements_, elements_.size());
         budget_.take(data_.soup.triangles.size() * static_cast<std::size_t>(on_elements.components));
         const Field field = cells_.on_triangles(on_elements);
-        const bool all_missing = std::all_of(field.values.begin(), field.values.end(), [](double x) { return std::isnan(x); });
+        const bool all_missing =
+            std::all_of(field.values.begin(), field.values.end(), [](double x) { return std::isnan(x); });
         if (!all_missing) add_field(data_.cell_fields, field);
     }
 }
@@ -493,9 +524,11 @@ MeshData Reader::read() {
     return std::move(data_);
 }
 
-// Writing --------------------------------------------------------------------------------------------------------------
+// Writing
+// --------------------------------------------------------------------------------------------------------------
 
-/// A curve or a surface for each label. Its tag is the label if all can be tags; the label is its physical group in any case.
+/// A curve or a surface for each label. Its tag is the label if all can be tags; the label is its physical group in any
+/// case.
 struct Entity {
     int tag;
     std::optional<int> group;
@@ -519,7 +552,8 @@ struct Entities {
 };
 
 Entities entities_of(const TriangleSoup& soup) {
-    Entities entities{entities_of(soup.edges.size(), soup.edge_labels), entities_of(soup.triangles.size(), soup.labels)};
+    Entities entities{entities_of(soup.edges.size(), soup.edge_labels),
+                      entities_of(soup.triangles.size(), soup.labels)};
     // Nodes are on an entity, even if there are no triangles.
     if (entities.surfaces.empty()) entities.surfaces.push_back({1, std::nullopt, {}});
     // Some readers (meshio) want all entities in groups or none.
@@ -545,8 +579,10 @@ void write_entity(TextWriter& out, const TriangleSoup& soup, const Entity& entit
     for (const std::size_t i : entity.items) vertices.insert(vertices.end(), items[i].begin(), items[i].end());
     out << entity.tag;
     write_bounds(out, soup, vertices);
-    if (entity.group) out << " 1 " << *entity.group << " 0\n";
-    else out << " 0 0\n";
+    if (entity.group)
+        out << " 1 " << *entity.group << " 0\n";
+    else
+        out << " 0 0\n";
 }
 
 void write_entities(TextWriter& out, const TriangleSoup& soup, const Entities& entities) {
@@ -588,7 +624,9 @@ void write_elements(TextWriter& out, const TriangleSoup& soup, const Entities& e
 
 }  // namespace
 
-MeshData parse_msh(const std::string& path, std::string_view contents, Fields fields) { return Reader(path, contents, fields).read(); }
+MeshData parse_msh(const std::string& path, std::string_view contents, Fields fields) {
+    return Reader(path, contents, fields).read();
+}
 
 namespace {
 

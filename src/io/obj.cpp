@@ -1,5 +1,5 @@
-// Wavefront OBJ: `v` and `f` are read, with negative indices, v/vt/vn forms and lines continued by a backslash; the rest is
-// passed over. Of cages of subdivision all faces are kept as they are, with `t`, the tags, and `usemtl` or `g`.
+// Wavefront OBJ: `v` and `f` are read, with negative indices, v/vt/vn forms and lines continued by a backslash; the
+// rest is passed over. Of cages of subdivision all faces are kept as they are, with `t`, the tags, and `usemtl` or `g`.
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
@@ -7,8 +7,8 @@
 
 #include "formats.hpp"
 #include "gradus/surface/subdivision.hpp"
-#include "scanner.hpp"
 #include "polygons.hpp"
+#include "scanner.hpp"
 #include "text_writer.hpp"
 
 namespace gradus::io {
@@ -17,7 +17,8 @@ namespace {
 class ObjReader {
   public:
     /// @param cage  gets faces, tags and labels; null: only triangles are wanted
-    ObjReader(const std::string& path, std::string_view text, Cage* cage = nullptr) : path_(path), in_(path, text, '#', true), cage_(cage) {}
+    ObjReader(const std::string& path, std::string_view text, Cage* cage = nullptr)
+        : path_(path), in_(path, text, '#', true), cage_(cage) {}
 
     TriangleSoup read() {
         for (; in_.remaining() > 0; in_.next_line()) {
@@ -30,11 +31,13 @@ class ObjReader {
         }
         if (soup_.points.empty()) in_.fail_at(in_.position(), "has no vertex (no line `v x y z`)");
         if (largest_ >= soup_.points.size())
-            in_.fail_at(largest_where_,
-                        "vertex " + std::to_string(largest_ + 1) + " out of range; there are " + std::to_string(soup_.points.size()));
+            in_.fail_at(largest_where_, "vertex " + std::to_string(largest_ + 1) + " out of range; there are " +
+                                            std::to_string(soup_.points.size()));
         if (cage_ != nullptr) {
             cage_->points = soup_.points;
-            if (std::all_of(cage_->labels.begin(), cage_->labels.end(), [&](int label) { return label == cage_->labels[0]; })) cage_->labels.clear();
+            if (std::all_of(cage_->labels.begin(), cage_->labels.end(),
+                            [&](int label) { return label == cage_->labels[0]; }))
+                cage_->labels.clear();
             return {};
         }
         clip_ears(path_, soup_, fans_);
@@ -42,7 +45,9 @@ class ObjReader {
     }
 
   private:
-    bool is_space_at(const char* at) const { return at == in_.position() + in_.remaining() || is_space(*at) || *at == '\\'; }
+    bool is_space_at(const char* at) const {
+        return at == in_.position() + in_.remaining() || is_space(*at) || *at == '\\';
+    }
 
     void read_vertex() {
         in_.advance(1);
@@ -68,7 +73,9 @@ class ObjReader {
             previous = vertex;
             ++corners;
         }
-        if (corners > 3) fans_.push_back({soup_.triangles.size() - static_cast<std::size_t>(corners - 2), static_cast<std::size_t>(corners - 2)});
+        if (corners > 3)
+            fans_.push_back({soup_.triangles.size() - static_cast<std::size_t>(corners - 2),
+                             static_cast<std::size_t>(corners - 2)});
         if (corners < 3) in_.fail_at(start, "a face needs at least 3 vertices, found " + std::to_string(corners));
     }
 
@@ -105,7 +112,8 @@ class ObjReader {
         const auto n = static_cast<std::int64_t>(soup_.points.size());
         const std::int64_t vertex = index < 0 ? n + index : index - 1;
         if (index == 0 || vertex < 0 || vertex > std::numeric_limits<int>::max() - 1)
-            in_.fail_at(where, "vertex " + std::to_string(index) + " out of range; there are " + std::to_string(n) + " so far");
+            in_.fail_at(
+                where, "vertex " + std::to_string(index) + " out of range; there are " + std::to_string(n) + " so far");
         if (vertex >= n && static_cast<std::size_t>(vertex) > largest_) {
             largest_ = static_cast<std::size_t>(vertex);
             largest_where_ = where;
@@ -116,14 +124,18 @@ class ObjReader {
     // Of a cage also lines `t`, its tags, and the names of materials, or of groups where there are none.
     void read_for_cage() {
         const std::string_view word = in_.peek();
-        if (word == "t") read_tag();
-        else if (word == "usemtl") material_ = label_of(word);
-        else if (word == "g") group_ = label_of(word);
+        if (word == "t")
+            read_tag();
+        else if (word == "usemtl")
+            material_ = label_of(word);
+        else if (word == "g")
+            group_ = label_of(word);
     }
 
     int label_of(std::string_view keyword) {
         in_.advance(keyword.size());
-        const std::string name = std::string(keyword) + (in_.at_line_end() ? std::string() : std::string(in_.word("a name")));
+        const std::string name =
+            std::string(keyword) + (in_.at_line_end() ? std::string() : std::string(in_.word("a name")));
         return names_.emplace(name, static_cast<int>(names_.size()) + 1).first->second;
     }
 
@@ -149,7 +161,8 @@ class ObjReader {
         }
         std::vector<int> integers;
         std::vector<double> reals;
-        for (std::size_t i = 0; i < counts[0]; ++i) integers.push_back(static_cast<int>((in_.at_line_end(), in_.integer_here("a whole number"))));
+        for (std::size_t i = 0; i < counts[0]; ++i)
+            integers.push_back(static_cast<int>((in_.at_line_end(), in_.integer_here("a whole number"))));
         for (std::size_t i = 0; i < counts[1]; ++i) reals.push_back((in_.at_line_end(), in_.real_here("a number")));
         const std::string word = counts[2] > 0 && !in_.at_line_end() ? std::string(in_.word("a word")) : std::string();
         apply_tag(where, tag, integers, reals, word);
@@ -168,7 +181,8 @@ class ObjReader {
     }
 
     // Vertices and faces of tags are counted from 0.
-    void apply_tag(const char* where, const std::string& tag, const std::vector<int>& integers, const std::vector<double>& reals, const std::string& word) {
+    void apply_tag(const char* where, const std::string& tag, const std::vector<int>& integers,
+                   const std::vector<double>& reals, const std::string& word) {
         const auto real = [&](std::size_t i) {
             if (reals.empty()) in_.fail_at(where, tag + " needs a sharpness");
             return reals[std::min(i, reals.size() - 1)];
@@ -179,15 +193,18 @@ class ObjReader {
         };
         if (tag == "crease") {
             if (integers.size() % 2 != 0 || integers.empty()) in_.fail_at(where, "a crease needs two vertices");
-            for (std::size_t i = 0; i + 1 < integers.size(); i += 2) cage_->creases.push_back({{integers[i], integers[i + 1]}, real(i / 2)});
+            for (std::size_t i = 0; i + 1 < integers.size(); i += 2)
+                cage_->creases.push_back({{integers[i], integers[i + 1]}, real(i / 2)});
         } else if (tag == "corner") {
             for (std::size_t i = 0; i < integers.size(); ++i) cage_->corners.push_back({integers[i], real(i)});
         } else if (tag == "hole") {
             cage_->holes.insert(cage_->holes.end(), integers.begin(), integers.end());
         } else if (tag == "interpolateboundary") {
             const int kind = integer();
-            if (kind < 0 || kind > 2) in_.fail_at(where, "interpolateboundary is 0, 1 or 2, not " + std::to_string(kind));
-            constexpr Cage::Boundary kinds[] = {Cage::Boundary::None, Cage::Boundary::EdgesAndCorners, Cage::Boundary::Edges};
+            if (kind < 0 || kind > 2)
+                in_.fail_at(where, "interpolateboundary is 0, 1 or 2, not " + std::to_string(kind));
+            constexpr Cage::Boundary kinds[] = {Cage::Boundary::None, Cage::Boundary::EdgesAndCorners,
+                                                Cage::Boundary::Edges};
             cage_->boundary = kinds[kind];
         } else if (tag == "smoothtriangles") {
             cage_->smooth_triangles = word == "smooth" || (word.empty() && integer() != 0);

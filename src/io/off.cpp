@@ -1,5 +1,5 @@
-// Geomview OFF in text, with the headers OFF, COFF, NOFF, STOFF and their combinations: what follows the three coordinates
-// on the line of a vertex, and the vertices on the line of a face, is passed over.
+// Geomview OFF in text, with the headers OFF, COFF, NOFF, STOFF and their combinations: what follows the three
+// coordinates on the line of a vertex, and the vertices on the line of a face, is passed over.
 #include "formats.hpp"
 #include "polygons.hpp"
 #include "scanner.hpp"
@@ -25,7 +25,8 @@ Header read_header(Scanner& in) {
         if (word.starts_with("C")) word.remove_prefix(1);
         if (word.starts_with("N")) word.remove_prefix(1);
         if (word != "OFF")
-            in.fail_at(where, "is not an OFF file of points in space: expected OFF, COFF, NOFF or STOFF, found " + quoted(name));
+            in.fail_at(where, "is not an OFF file of points in space: expected OFF, COFF, NOFF or STOFF, found " +
+                                  quoted(name));
         header.extras = name != "OFF";
         if (in.peek() == "BINARY") in.fail("binary OFF is not supported");
     }
@@ -54,8 +55,8 @@ int read_index(Scanner& in, std::size_t num_vertices) {
     const char* where = in.position();
     const std::int64_t index = in.integer_here("a vertex of a face");
     if (index < 0 || index >= static_cast<std::int64_t>(num_vertices))
-        in.fail_at(where,
-                   "vertex " + std::to_string(index) + " out of range; there are " + std::to_string(num_vertices) + ", numbered from 0");
+        in.fail_at(where, "vertex " + std::to_string(index) + " out of range; there are " +
+                              std::to_string(num_vertices) + ", numbered from 0");
     return static_cast<int>(index);
 }
 
@@ -86,7 +87,9 @@ TriangleSoup parse_off(const std::string& path, std::string_view text) {
     std::vector<Fan> fans;
     for (std::size_t i = 0; i < header.vertices; ++i) read_vertex(in, header, soup);
     for (std::size_t i = 0; i < header.faces; ++i) read_face(in, soup, fans);
-    if (!in.at_end()) in.fail("expected the end of the file after " + std::to_string(header.faces) + " faces, found " + quoted(in.peek()));
+    if (!in.at_end())
+        in.fail("expected the end of the file after " + std::to_string(header.faces) + " faces, found " +
+                quoted(in.peek()));
     clip_ears(path, soup, fans);
     return soup;
 }

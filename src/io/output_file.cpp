@@ -25,8 +25,10 @@ int write_and_close(int descriptor, std::string_view contents) {
     int error = 0;
     while (!contents.empty() && error == 0) {
         const ssize_t written = ::write(descriptor, contents.data(), std::min<std::size_t>(contents.size(), 1 << 30));
-        if (written >= 0) contents.remove_prefix(static_cast<std::size_t>(written));
-        else if (errno != EINTR) error = errno;
+        if (written >= 0)
+            contents.remove_prefix(static_cast<std::size_t>(written));
+        else if (errno != EINTR)
+            error = errno;
     }
     if (::close(descriptor) != 0 && error == 0) error = errno;
     return error;

@@ -100,8 +100,10 @@ constexpr int most_patches = 100'000'000;  // a larger count is a broken file
 /// Reads one point into the net; the first point of a net decides whether it has weights.
 void read_point(const LineReader& in, BezierNet& net) {
     const std::size_t columns = in.words().size();
-    if (columns != 3 && columns != 4) in.fail(fmt::format("{} values where a point \"x y z\" or \"x y z weight\" should be", columns));
-    if (!net.points.empty() && (columns == 4) != !net.weights.empty()) in.fail("points with and without weights in one patch");
+    if (columns != 3 && columns != 4)
+        in.fail(fmt::format("{} values where a point \"x y z\" or \"x y z weight\" should be", columns));
+    if (!net.points.empty() && (columns == 4) != !net.weights.empty())
+        in.fail("points with and without weights in one patch");
     net.points.emplace_back(in.number(0), in.number(1), in.number(2));
     if (columns == 3) return;
     const double weight = in.number(3);
@@ -112,7 +114,8 @@ void read_point(const LineReader& in, BezierNet& net) {
 void read_points(LineReader& in, int patch, BezierNet& net, bool on_first_point) {
     const int count = (net.degree_u + 1) * (net.degree_v + 1);
     for (int k = 0; k < count; ++k) {
-        if (!on_first_point || k > 0) in.require_next(fmt::format("point {} of {} of patch {}", k + 1, count, patch + 1));
+        if (!on_first_point || k > 0)
+            in.require_next(fmt::format("point {} of {} of patch {}", k + 1, count, patch + 1));
         read_point(in, net);
     }
 }
@@ -143,8 +146,8 @@ std::vector<BezierNet> read_bicubic(LineReader& in, int count) {
     return nets;
 }
 
-/// From the line of the first patch's vertex numbers. Those are checked where they stand, so vertices are counted first and their
-/// number is believed only once they are there.
+/// From the line of the first patch's vertex numbers. Those are checked where they stand, so vertices are counted first
+/// and their number is believed only once they are there.
 std::vector<BezierNet> read_indexed(LineReader& in, int count, const std::string& path) {
     struct Row {
         std::array<int, 16> vertices;
@@ -163,7 +166,8 @@ std::vector<BezierNet> read_indexed(LineReader& in, int count, const std::string
     const int num_vertices = in.integer(0, "the number of vertices", 1, 16 * most_patches);
     for (const Row& row : rows)
         for (const int vertex : row.vertices)
-            if (vertex > num_vertices) throw IoError(path, row.line, fmt::format("vertex {} of {}", vertex, num_vertices));
+            if (vertex > num_vertices)
+                throw IoError(path, row.line, fmt::format("vertex {} of {}", vertex, num_vertices));
 
     std::vector<Eigen::Vector3d> points;
     for (int k = 0; k < num_vertices; ++k) {

@@ -30,19 +30,24 @@ void check(const DrawnMesh& mesh) {
         for (const int v : mesh.triangles[t])
             if (!valid(v)) refuse("triangle " + std::to_string(t) + " names vertex " + std::to_string(v));
     for (const auto& [a, b] : mesh.features)
-        if (!valid(a) || !valid(b)) refuse("feature edge " + std::to_string(a) + "-" + std::to_string(b) + " names no vertex");
+        if (!valid(a) || !valid(b))
+            refuse("feature edge " + std::to_string(a) + "-" + std::to_string(b) + " names no vertex");
     for (int v = 0; v < n; ++v)
         if (!mesh.points[v].allFinite()) refuse("point " + std::to_string(v) + " is not finite");
     if (mesh.field) {
-        const std::size_t wanted = mesh.field->on == ScalarField::On::Vertices ? mesh.points.size() : mesh.triangles.size();
+        const std::size_t wanted =
+            mesh.field->on == ScalarField::On::Vertices ? mesh.points.size() : mesh.triangles.size();
         if (mesh.field->values.size() != wanted)
-            refuse("field has " + std::to_string(mesh.field->values.size()) + " values for " + std::to_string(wanted) + " places");
+            refuse("field has " + std::to_string(mesh.field->values.size()) + " values for " + std::to_string(wanted) +
+                   " places");
     }
     if (mesh.field && mesh.field->range) {
         require(mesh.field->range->low <= mesh.field->range->high, "range of the field is decreasing");
-        require(mesh.field->scale == Scale::Linear || mesh.field->range->low > 0, "range of a logarithmic field must be positive");
+        require(mesh.field->scale == Scale::Linear || mesh.field->range->low > 0,
+                "range of a logarithmic field must be positive");
     }
-    require(mesh.shown_edges.empty() || mesh.shown_edges.size() == mesh.triangles.size(), "shown_edges needs one entry per triangle");
+    require(mesh.shown_edges.empty() || mesh.shown_edges.size() == mesh.triangles.size(),
+            "shown_edges needs one entry per triangle");
 }
 
 void check(const Camera& camera, const RenderOptions& options) {
@@ -53,7 +58,8 @@ void check(const Camera& camera, const RenderOptions& options) {
     require(camera.margin >= 0 && camera.margin < 0.5, "margin must be in [0, 0.5)");
     require(options.width > 0 && options.height > 0, "picture size must be positive");
     require(options.supersampling >= 1 && options.supersampling <= 8, "supersampling must be in 1..8");
-    require(options.edge_width >= 0 && options.outline_width >= 0 && options.feature_width >= 0, "line widths must not be negative");
+    require(options.edge_width >= 0 && options.outline_width >= 0 && options.feature_width >= 0,
+            "line widths must not be negative");
 }
 
 /// From space to pixels: turned into the frame of the eye, projected, then scaled and shifted in the plane.
@@ -67,7 +73,8 @@ struct View {
     ScreenPoint project(const Eigen::Vector3d& point) const {
         const Eigen::Vector3d p = frame * (point - centre);
         const double nearness = distance > 0 ? distance / (distance - p.z()) : 1;
-        return {shift.x() + scale * nearness * p.x(), shift.y() - scale * nearness * p.y(), distance > 0 ? nearness : p.z(), nearness};
+        return {shift.x() + scale * nearness * p.x(), shift.y() - scale * nearness * p.y(),
+                distance > 0 ? nearness : p.z(), nearness};
     }
 
     /// Depth of a point moved `pixels` to the eye.
@@ -129,7 +136,8 @@ View make_view(const DrawnMesh& mesh, const Camera& camera, double width, double
         middle = {p.x, p.y}, nearness = p.weight;
     }
     const Eigen::Vector2d room(width * (1 - 2 * camera.margin), height * (1 - 2 * camera.margin)), size = seen.sizes();
-    if (camera.width) view.scale = width / (*camera.width * nearness);
+    if (camera.width)
+        view.scale = width / (*camera.width * nearness);
     else if (size.maxCoeff() > 0)
         view.scale = std::min(size.x() > 0 ? room.x() / size.x() : 1e300, size.y() > 0 ? room.y() / size.y() : 1e300);
     view.shift = Eigen::Vector2d(width, height) / 2 - view.scale * middle;
@@ -139,7 +147,9 @@ View make_view(const DrawnMesh& mesh, const Camera& camera, double width, double
 /// Triangles around each vertex.
 struct Fans {
     std::vector<int> start, triangle;
-    std::span<const int> of(int v) const { return {triangle.data() + start[v], static_cast<std::size_t>(start[v + 1] - start[v])}; }
+    std::span<const int> of(int v) const {
+        return {triangle.data() + start[v], static_cast<std::size_t>(start[v + 1] - start[v])};
+    }
 };
 
 Fans fans_of(const DrawnMesh& mesh) {
@@ -155,7 +165,8 @@ Fans fans_of(const DrawnMesh& mesh) {
     return fans;
 }
 
-/// Light on a surface with normal n in the frame of the eye, in [0, 1]: a large soft lamp at the upper left, and some light from the eye.
+/// Light on a surface with normal n in the frame of the eye, in [0, 1]: a large soft lamp at the upper left, and some
+/// light from the eye.
 float light_on(const Eigen::Vector3d& n) {
     static const Eigen::Vector3d lamp = Eigen::Vector3d(-0.45, 0.65, 0.62).normalized();
     const double lit = 0.5 + 0.5 * n.dot(lamp), facing = std::max(0.0, n.z());
@@ -196,26 +207,32 @@ void light_corners(const DrawnMesh& mesh, const View& view, const RenderOptions&
             for (const int other : scene.fans.of(mesh.triangles[t][k])) {
                 // Seen from opposite sides they share the surface, not the side the light falls on.
                 const double sign = scene.back[other] == scene.back[t] ? 1 : -1;
-                if (sign * normals[other].dot(normals[t]) >= least * norms[other] * norms[t]) sum += sign * normals[other];
+                if (sign * normals[other].dot(normals[t]) >= least * norms[other] * norms[t])
+                    sum += sign * normals[other];
             }
             scene.corners[t].light[k] = light_on(sum.stableNormalized());
         }
     });
 }
 
-void place_corners(const DrawnMesh& mesh, const ScalarField& field, const Range& range, std::vector<raster::Corners>& corners) {
+void place_corners(const DrawnMesh& mesh, const ScalarField& field, const Range& range,
+                   std::vector<raster::Corners>& corners) {
     const bool by_vertex = field.on == ScalarField::On::Vertices;
     std::vector<float> place(field.values.size());
-    for (std::size_t i = 0; i < place.size(); ++i) place[i] = static_cast<float>(place_on(range, field.scale, field.values[i]));
+    for (std::size_t i = 0; i < place.size(); ++i)
+        place[i] = static_cast<float>(place_on(range, field.scale, field.values[i]));
     for (std::size_t t = 0; t < corners.size(); ++t)
-        for (int k = 0; k < 3; ++k) corners[t].place[k] = place[by_vertex ? static_cast<std::size_t>(mesh.triangles[t][k]) : t];
+        for (int k = 0; k < 3; ++k)
+            corners[t].place[k] = place[by_vertex ? static_cast<std::size_t>(mesh.triangles[t][k]) : t];
 }
 
-/// How far lines are moved to the eye, in widths, since the surface beside them rises to it. Features lie on slopes of up to 80 degrees;
-/// one side of an outline is free, and moving it further would show it where the surface dips into another.
+/// How far lines are moved to the eye, in widths, since the surface beside them rises to it. Features lie on slopes of
+/// up to 80 degrees; one side of an outline is free, and moving it further would show it where the surface dips into
+/// another.
 constexpr double feature_lift = 3, outline_lift = 0.5;
 
-raster::Line line_between(const View& view, const ScreenPoint& a, const ScreenPoint& b, double width, double lift, const Colour& colour) {
+raster::Line line_between(const View& view, const ScreenPoint& a, const ScreenPoint& b, double width, double lift,
+                          const Colour& colour) {
     const double pixels = lift * width;
     return {{a.x, a.y}, {b.x, b.y}, view.nearer(a, pixels), view.nearer(b, pixels), width, colour};
 }
@@ -258,7 +275,8 @@ int legend_width(const DrawnMesh& mesh, const RenderOptions& options) {
 
 void add_legend(Image& image, const ScalarField& field, double left) {
     const ColourBar bar = legend_of(field, image.height);
-    draw_colour_bar(image, {left + 1.5 * bar.text_size, 0.2 * image.height}, {image.width - bar.text_size, 0.8 * image.height}, bar);
+    draw_colour_bar(image, {left + 1.5 * bar.text_size, 0.2 * image.height},
+                    {image.width - bar.text_size, 0.8 * image.height}, bar);
 }
 
 }  // namespace
@@ -269,7 +287,8 @@ Image render(const DrawnMesh& mesh, const Camera& camera, const RenderOptions& o
     const View view = make_view(mesh, camera, width, options.height);
     Prepared scene;
     scene.points.resize(mesh.points.size());
-    tbb::parallel_for(std::size_t{0}, mesh.points.size(), [&](std::size_t v) { scene.points[v] = view.project(mesh.points[v]); });
+    tbb::parallel_for(std::size_t{0}, mesh.points.size(),
+                      [&](std::size_t v) { scene.points[v] = view.project(mesh.points[v]); });
     scene.back.resize(mesh.triangles.size());
     tbb::parallel_for(std::size_t{0}, mesh.triangles.size(), [&](std::size_t t) {
         const auto& [a, b, c] = mesh.triangles[t];
@@ -287,14 +306,17 @@ Image render(const DrawnMesh& mesh, const Camera& camera, const RenderOptions& o
     drawing.fill = {options.fill, options.back_fill}, drawing.shadow = {options.shadow, options.back_shadow};
     if (mesh.field) {
         drawing.map = mesh.field->map;
-        place_corners(mesh, *mesh.field, mesh.field->range.value_or(range_of(mesh.field->values, mesh.field->scale)), scene.corners);
+        place_corners(mesh, *mesh.field, mesh.field->range.value_or(range_of(mesh.field->values, mesh.field->scale)),
+                      scene.corners);
     }
-    const auto add_lines = [&](std::span<const std::array<int, 2>> edges, double thickness, double lift, const Colour& colour) {
+    const auto add_lines = [&](std::span<const std::array<int, 2>> edges, double thickness, double lift,
+                               const Colour& colour) {
         if (thickness > 0)
             for (const auto& [a, b] : edges)
                 drawing.lines.push_back(line_between(view, scene.points[a], scene.points[b], thickness, lift, colour));
     };
-    if (options.outline_width > 0) add_lines(outline_edges(mesh, scene), options.outline_width, outline_lift, options.outline);
+    if (options.outline_width > 0)
+        add_lines(outline_edges(mesh, scene), options.outline_width, outline_lift, options.outline);
     add_lines(mesh.features, options.feature_width, feature_lift, options.feature);
     Image picture = raster::draw(drawing);
     if (width == options.width) return picture;
@@ -304,9 +326,11 @@ Image render(const DrawnMesh& mesh, const Camera& camera, const RenderOptions& o
     return image;
 }
 
-Eigen::Vector2d pixel_of(const Eigen::Vector3d& point, const DrawnMesh& mesh, const Camera& camera, const RenderOptions& options) {
+Eigen::Vector2d pixel_of(const Eigen::Vector3d& point, const DrawnMesh& mesh, const Camera& camera,
+                         const RenderOptions& options) {
     check(mesh), check(camera, options);
-    const ScreenPoint p = make_view(mesh, camera, options.width - legend_width(mesh, options), options.height).project(point);
+    const ScreenPoint p =
+        make_view(mesh, camera, options.width - legend_width(mesh, options), options.height).project(point);
     return {p.x, p.y};
 }
 

@@ -65,7 +65,8 @@ struct Header {
     std::vector<Element> elements;
 };
 
-// Header ---------------------------------------------------------------------------------------------------------------
+// Header
+// ---------------------------------------------------------------------------------------------------------------
 
 Type read_type(Scanner& in) {
     in.at_line_end();
@@ -77,7 +78,8 @@ Type read_type(Scanner& in) {
 }
 
 Use use_of(const Element& element, std::string_view property) {
-    if (element.name == "vertex") return property == "x" ? Use::X : property == "y" ? Use::Y : property == "z" ? Use::Z : Use::None;
+    if (element.name == "vertex")
+        return property == "x" ? Use::X : property == "y" ? Use::Y : property == "z" ? Use::Z : Use::None;
     if (element.name != "face") return Use::None;
     if (property == kLabelField) return Use::Label;
     return property == "vertex_indices" || property == "vertex_index" ? Use::Corners : Use::None;
@@ -104,7 +106,8 @@ void read_property(Scanner& in, Element& element, Fields fields) {
             in.fail_at(where, "a coordinate, the corners or the label of a face come twice");
     const bool rides_along = (property.use == Use::None || property.use == Use::Label) && !property.count &&
                              (element.name == "vertex" || element.name == "face");
-    const bool is_new = std::none_of(element.fields.begin(), element.fields.end(), [&](const Field& field) { return field.name == name; });
+    const bool is_new = std::none_of(element.fields.begin(), element.fields.end(),
+                                     [&](const Field& field) { return field.name == name; });
     if (fields == Fields::Read && rides_along && is_new) {
         if (property.use == Use::None) property.use = Use::Field;
         property.field = element.fields.size();
@@ -155,7 +158,8 @@ void check_header(const Scanner& in, const Header& header) {
             corners += property.use == Use::Corners;
             coordinates += property.use == Use::X || property.use == Use::Y || property.use == Use::Z;
         }
-        if (element.name == "vertex" && (vertices || coordinates != 3)) in.fail("expected one element vertex with x, y and z");
+        if (element.name == "vertex" && (vertices || coordinates != 3))
+            in.fail("expected one element vertex with x, y and z");
         if (element.name == "face" && (faces || corners != 1)) in.fail("expected one element face with vertex_indices");
         vertices |= element.name == "vertex";
         faces |= element.name == "face";
@@ -198,7 +202,8 @@ Header read_header(Scanner& in, Fields fields) {
     return header;
 }
 
-// Body: text and binary ------------------------------------------------------------------------------------------------
+// Body: text and binary
+// ------------------------------------------------------------------------------------------------
 
 class TextBody {
   public:
@@ -266,9 +271,12 @@ class BinaryBody {
         in_.fail("expected an integer type");
     }
     void skip(Type type) { in_.skip(size_of(type), "a value"); }
-    void check_count(std::uint64_t count, std::size_t values) { in_.check_count(count, values, "the number of entries"); }
+    void check_count(std::uint64_t count, std::size_t values) {
+        in_.check_count(count, values, "the number of entries");
+    }
     void finish() {
-        if (in_.remaining() > 0) in_.fail("expected the end of the file, found " + std::to_string(in_.remaining()) + " bytes more");
+        if (in_.remaining() > 0)
+            in_.fail("expected the end of the file, found " + std::to_string(in_.remaining()) + " bytes more");
     }
     [[noreturn]] void fail_at(Where where, const std::string& what) const { in_.fail_at(where, what); }
 
@@ -292,7 +300,8 @@ void read_corners(Body& in, const Property& property, TriangleSoup& soup, Larges
     for (std::int64_t i = 0; i < corners; ++i) {
         const auto where = in.where();
         const std::int64_t index = in.integer(property.type);
-        if (index < 0 || index > std::numeric_limits<int>::max()) in.fail_at(where, "vertex " + std::to_string(index) + " out of range");
+        if (index < 0 || index > std::numeric_limits<int>::max())
+            in.fail_at(where, "vertex " + std::to_string(index) + " out of range");
         if (index > largest.index) largest = {index, where};
         const int vertex = static_cast<int>(index);
         if (i == 0) first = vertex;
@@ -327,10 +336,12 @@ std::vector<Field> joined(std::vector<Field> fields, const std::vector<Group>& g
             result.push_back(std::move(fields[i++]));
             continue;
         }
-        Field& field = result.emplace_back(Field{group->name, static_cast<int>(n), std::vector<double>(n * fields[i].values.size()), true});
+        Field& field = result.emplace_back(
+            Field{group->name, static_cast<int>(n), std::vector<double>(n * fields[i].values.size()), true});
         for (std::size_t k = 0; k < n; ++k, ++i) {
             field.integer = field.integer && fields[i].integer;
-            for (std::size_t row = 0; row < fields[i].values.size(); ++row) field.values[n * row + k] = fields[i].values[row];
+            for (std::size_t row = 0; row < fields[i].values.size(); ++row)
+                field.values[n * row + k] = fields[i].values[row];
             fields[i].values = {};
         }
     }
@@ -375,7 +386,8 @@ MeshData read_body(const std::string& path, Body in, const Header& header, Budge
                         break;
                     case Use::Corners:
                         read_corners(in, property, soup, largest);
-                        if (const std::size_t made = soup.triangles.size() - first_triangle; made > 1) fans.push_back({first_triangle, made});
+                        if (const std::size_t made = soup.triangles.size() - first_triangle; made > 1)
+                            fans.push_back({first_triangle, made});
                         break;
                     case Use::Label:
                         label = read_label(in, property.type);
@@ -413,7 +425,9 @@ struct Column {
     const Field* field;
     std::size_t component;
 
-    double value(std::size_t i) const { return field->values[i * static_cast<std::size_t>(field->components) + component]; }
+    double value(std::size_t i) const {
+        return field->values[i * static_cast<std::size_t>(field->components) + component];
+    }
 };
 
 struct Columns {
@@ -427,7 +441,8 @@ Type type_of(const Field& field) {
         return std::all_of(field.values.begin(), field.values.end(), [&](double x) { return x >= low && x <= high; });
     };
     if (within(0, 255)) return Type::UInt8;
-    return within(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()) ? Type::Int32 : Type::Double;
+    return within(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()) ? Type::Int32
+                                                                                                      : Type::Double;
 }
 
 /// @param taken  names of other properties of the element
@@ -446,11 +461,20 @@ Columns columns_of(const std::vector<Field>& fields, std::set<std::string> taken
             while (!taken.insert(property).second) property += '_';
             renamed = renamed || property != field.name;
             const Type type = type_of(field);
-            properties.append("property ").append(kTypes[static_cast<int>(type)].name).append(" ").append(property).append("\n");
+            properties.append("property ")
+                .append(kTypes[static_cast<int>(type)].name)
+                .append(" ")
+                .append(property)
+                .append("\n");
             columns.all.push_back({property, type, &field, static_cast<std::size_t>(k)});
         }
         if (renamed)
-            columns.header.append("comment ").append(kGroup).append(std::to_string(field.components)).append(" ").append(name).append("\n");
+            columns.header.append("comment ")
+                .append(kGroup)
+                .append(std::to_string(field.components))
+                .append(" ")
+                .append(name)
+                .append("\n");
         columns.header += properties;
     }
     return columns;
@@ -472,7 +496,8 @@ struct Layout {
         TextWriter out(512 + vertex.header.size() + face.header.size());
         out << "ply\nformat " << format << " 1.0\nelement vertex " << soup.points.size()
             << "\nproperty double x\nproperty double y\nproperty double z\n"
-            << vertex.header << "element face " << soup.triangles.size() << "\nproperty list uchar int vertex_indices\n";
+            << vertex.header << "element face " << soup.triangles.size()
+            << "\nproperty list uchar int vertex_indices\n";
         if (!soup.labels.empty()) out << "property int " << kLabelField << '\n';
         out << face.header << "end_header\n";
         return out.take();
@@ -482,17 +507,22 @@ struct Layout {
 void append_values(TextWriter& out, const Columns& columns, std::size_t i) {
     for (const Column& column : columns.all) {
         out << ' ';
-        if (column.type == Type::Double) out << column.value(i);
-        else out << static_cast<int>(column.value(i));
+        if (column.type == Type::Double)
+            out << column.value(i);
+        else
+            out << static_cast<int>(column.value(i));
     }
 }
 
 void append_values(std::string& bytes, const Columns& columns, std::size_t i) {
     for (const Column& column : columns.all) {
         const double value = column.value(i);
-        if (column.type == Type::UInt8) append_bytes(bytes, static_cast<std::uint8_t>(value));
-        else if (column.type == Type::Int32) append_bytes(bytes, static_cast<std::int32_t>(value));
-        else append_bytes(bytes, value);
+        if (column.type == Type::UInt8)
+            append_bytes(bytes, static_cast<std::uint8_t>(value));
+        else if (column.type == Type::Int32)
+            append_bytes(bytes, static_cast<std::int32_t>(value));
+        else
+            append_bytes(bytes, value);
     }
 }
 
@@ -512,8 +542,8 @@ MeshData parse_ply(const std::string& path, std::string_view contents, Fields fi
 std::string ply_text(const MeshData& data) {
     const TriangleSoup& soup = data.soup;
     const Layout layout(data);
-    TextWriter out((64 + 20 * layout.vertex.all.size()) * soup.points.size() + (40 + 20 * layout.face.all.size()) * soup.triangles.size() +
-                   1024);
+    TextWriter out((64 + 20 * layout.vertex.all.size()) * soup.points.size() +
+                   (40 + 20 * layout.face.all.size()) * soup.triangles.size() + 1024);
     out << layout.header(soup, "ascii");
     for (std::size_t v = 0; v < soup.points.size(); ++v) {
         const Eigen::Vector3d& p = soup.points[v];

@@ -1,4 +1,5 @@
-// Shewchuk's .poly: points, segments, holes and regions of a planar domain; its points may be in the .node file beside it.
+// Shewchuk's .poly: points, segments, holes and regions of a planar domain; its points may be in the .node file beside
+// it.
 #include <filesystem>
 
 #include "formats.hpp"
@@ -64,7 +65,8 @@ class PolyReader {
             const char* const where = in.position();
             const std::int64_t number = integer_of_line(in, "the number of a point");
             if (i == 0 && (number == 0 || number == 1)) graph_.first_number = static_cast<int>(number);
-            if (number != static_cast<std::int64_t>(i) + graph_.first_number) in.fail_at(where, "points must be numbered one after the other, from 0 or 1");
+            if (number != static_cast<std::int64_t>(i) + graph_.first_number)
+                in.fail_at(where, "points must be numbered one after the other, from 0 or 1");
             const double x = real_of_line(in, "x");
             graph_.points.emplace_back(x, real_of_line(in, "y"));
             pass_line(in);
@@ -76,7 +78,8 @@ class PolyReader {
         const char* const where = in_.position();
         const std::int64_t number = in_.integer_here(what) - graph_.first_number;
         if (number < 0 || number >= std::ssize(graph_.points))
-            in_.fail_at(where, "point " + std::to_string(number + graph_.first_number) + " out of range; there are " + std::to_string(graph_.points.size()));
+            in_.fail_at(where, "point " + std::to_string(number + graph_.first_number) + " out of range; there are " +
+                                   std::to_string(graph_.points.size()));
         return static_cast<int>(number);
     }
 
@@ -135,6 +138,8 @@ TriangleSoup triangulated(const std::string& path, const PlanarGraph& graph) {
     }
 }
 
-TriangleSoup parse_poly(const std::string& path, std::string_view text) { return triangulated(path, PolyReader(path, text).read()); }
+TriangleSoup parse_poly(const std::string& path, std::string_view text) {
+    return triangulated(path, PolyReader(path, text).read());
+}
 
 }  // namespace gradus::io

@@ -14,14 +14,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kGoodShape = 0.15;           // of an ear that is taken at once; .29 is equilateral
+constexpr double kGoodShape = 0.15;                           // of an ear that is taken at once; .29 is equilateral
 constexpr std::size_t kCornersTold = 12, kMostSides = 2'000;  // of a face that are looked at for crossings
-constexpr double kRounding = 1e-9;  // of the longer side: nearer to each other sides meet
-constexpr std::size_t kMostWork = 200'000'000;  // corners looked at in a file: fans that are left then stay, seconds later
+constexpr double kRounding = 1e-9;                            // of the longer side: nearer to each other sides meet
+constexpr std::size_t kMostWork =
+    200'000'000;  // corners looked at in a file: fans that are left then stay, seconds later
 
 class Clipper {
   public:
-    Clipper(const TriangleSoup& soup, std::vector<int> loop) : soup_(soup), loop_(std::move(loop)), normal_(Vector3d::Zero()) {
+    Clipper(const TriangleSoup& soup, std::vector<int> loop)
+        : soup_(soup), loop_(std::move(loop)), normal_(Vector3d::Zero()) {
         for (std::size_t i = 0; i < loop_.size(); ++i) normal_ += (at(i) - at(0)).cross(at(i + 1) - at(0));
         normal_ = normal_.stableNormalized();
     }
@@ -106,10 +108,13 @@ void clip_ears(const std::string& path, TriangleSoup& soup, const std::vector<Fa
         if (clipper.is_convex()) continue;
         if (crosses_itself(soup, loop)) {
             loop.resize(std::min(loop.size(), kCornersTold));
-            throw IoError(path, 0, fmt::format("the face with the vertices {} (counted from 0) crosses itself", fmt::join(loop, " ")));
+            throw IoError(
+                path, 0,
+                fmt::format("the face with the vertices {} (counted from 0) crosses itself", fmt::join(loop, " ")));
         }
         const std::vector<Triangle> ears = clipper.clip(work);
-        if (ears.size() == fan.triangles) std::copy(ears.begin(), ears.end(), soup.triangles.begin() + static_cast<std::ptrdiff_t>(fan.first));
+        if (ears.size() == fan.triangles)
+            std::copy(ears.begin(), ears.end(), soup.triangles.begin() + static_cast<std::ptrdiff_t>(fan.first));
     }
 }
 

@@ -13,11 +13,14 @@ namespace {
 
 constexpr int tile_size = 32;  // pixels; its samples stay in the second-level cache
 
-/// Which triangles or lines touch which tile: those of tile i are items[start[i]] up to items[start[i + 1]], in drawing order.
+/// Which triangles or lines touch which tile: those of tile i are items[start[i]] up to items[start[i + 1]], in drawing
+/// order.
 struct Bins {
     std::vector<std::size_t> start;
     std::vector<int> items;
-    std::span<const int> of(std::size_t tile) const { return {items.data() + start[tile], start[tile + 1] - start[tile]}; }
+    std::span<const int> of(std::size_t tile) const {
+        return {items.data() + start[tile], start[tile + 1] - start[tile]};
+    }
 };
 
 /// Tiles from (x0, y0) up to and including (x1, y1); empty if x1 < x0.
@@ -34,7 +37,9 @@ struct Grid {
         const double w = columns * tile_size, h = rows * tile_size;
         // Negated, so that coordinates that are not numbers are left out too.
         if (!(right >= 0 && bottom >= 0 && left < w && top < h)) return {};
-        const auto tile = [](double x, int count) { return static_cast<int>(std::clamp(x / tile_size, 0.0, count - 1.0)); };
+        const auto tile = [](double x, int count) {
+            return static_cast<int>(std::clamp(x / tile_size, 0.0, count - 1.0));
+        };
         return {tile(left, columns), tile(top, rows), tile(right, columns), tile(bottom, rows)};
     }
 };
@@ -48,7 +53,8 @@ Bins sort_into_tiles(const Grid& grid, std::size_t count, const Box& box_of) {
     const auto for_each_tile = [&](const auto& visit) {
         for (std::size_t i = 0; i < count; ++i)
             for (int y = boxes[i].y0; y <= boxes[i].y1; ++y)
-                for (int x = boxes[i].x0; x <= boxes[i].x1; ++x) visit(static_cast<std::size_t>(y) * grid.columns + x, static_cast<int>(i));
+                for (int x = boxes[i].x0; x <= boxes[i].x1; ++x)
+                    visit(static_cast<std::size_t>(y) * grid.columns + x, static_cast<int>(i));
     };
     for_each_tile([&](std::size_t tile, int) { ++bins.start[tile + 1]; });
     for (std::size_t t = 1; t < bins.start.size(); ++t) bins.start[t] += bins.start[t - 1];
@@ -117,17 +123,22 @@ struct SampleSpan {
 };
 SampleSpan samples_in(double low, double high, int samples, int count) {
     const double first = std::ceil(low * samples - 0.5), last = std::floor(high * samples - 0.5);
-    return {static_cast<int>(std::clamp(first, 0.0, static_cast<double>(count))), static_cast<int>(std::clamp(last, -1.0, count - 1.0))};
+    return {static_cast<int>(std::clamp(first, 0.0, static_cast<double>(count))),
+            static_cast<int>(std::clamp(last, -1.0, count - 1.0))};
 }
 
-/// Part of a row that can be inside a triangle, a sample too wide at both ends: whether a sample is inside is decided by its distances.
-SampleSpan between_edges(const std::array<EdgeDistance, 3>& edge, const std::array<double, 3>& base, SampleSpan row, int samples) {
+/// Part of a row that can be inside a triangle, a sample too wide at both ends: whether a sample is inside is decided
+/// by its distances.
+SampleSpan between_edges(const std::array<EdgeDistance, 3>& edge, const std::array<double, 3>& base, SampleSpan row,
+                         int samples) {
     for (int k = 0; k < 3; ++k) {
         constexpr double flat = 1e-6;  // so slanted an edge bounds no part of a row worth the division
         if (std::abs(edge[k].a) < flat) continue;
         const double x = std::clamp(-base[k] / edge[k].a * samples - 0.5, -2.0, row.last + 2.0);
-        if (edge[k].a > 0) row.first = std::max(row.first, static_cast<int>(x) - 1);
-        else row.last = std::min(row.last, static_cast<int>(x) + 1);
+        if (edge[k].a > 0)
+            row.first = std::max(row.first, static_cast<int>(x) - 1);
+        else
+            row.last = std::min(row.last, static_cast<int>(x) + 1);
     }
     return row;
 }
@@ -135,7 +146,8 @@ SampleSpan between_edges(const std::array<EdgeDistance, 3>& edge, const std::arr
 /// A triangle ready to be filled. Its corners run clockwise as seen; edge k is opposite corner k.
 struct Setup {
     std::array<EdgeDistance, 3> edge;
-    /// Values at the corners over their heights: their sums with the distances interpolate. Light and place are weighted.
+    /// Values at the corners over their heights: their sums with the distances interpolate. Light and place are
+    /// weighted.
     std::array<double, 3> depth, weight, light, place;
     std::array<double, 3> hidden{0, 0, 0};  ///< added to the distance from an edge that is not drawn: infinite
     EdgeStyle style;
@@ -212,7 +224,8 @@ void draw_triangle(const Scene& scene, std::size_t t, Tile& tile) {
     constexpr int wide = 8;  // samples of a row worth a look for the part between the edges
     for (int row = setup.rows.first; row <= setup.rows.last; ++row) {
         const double y = (row + 0.5) * step;
-        const std::array<double, 3> base{edge[0].b * y + edge[0].c, edge[1].b * y + edge[1].c, edge[2].b * y + edge[2].c};
+        const std::array<double, 3> base{edge[0].b * y + edge[0].c, edge[1].b * y + edge[1].c,
+                                         edge[2].b * y + edge[2].c};
         const bool narrow = setup.columns.last - setup.columns.first < wide;
         const SampleSpan columns = narrow ? setup.columns : between_edges(edge, base, setup.columns, scene.samples);
         for (int column = columns.first; column <= columns.last; ++column) {
@@ -231,8 +244,10 @@ void draw_triangle(const Scene& scene, std::size_t t, Tile& tile) {
 void draw_line(const Scene& scene, const Line& line, Tile& tile) {
     const Eigen::Vector2d origin(tile.x0, tile.y0), a = line.from - origin, b = line.to - origin, along = b - a;
     const double squared = along.squaredNorm(), reach = line.width / 2 + 1;
-    const SampleSpan rows = samples_in(std::min(a.y(), b.y()) - reach, std::max(a.y(), b.y()) + reach, scene.samples, tile.rows);
-    const SampleSpan columns = samples_in(std::min(a.x(), b.x()) - reach, std::max(a.x(), b.x()) + reach, scene.samples, tile.columns);
+    const SampleSpan rows =
+        samples_in(std::min(a.y(), b.y()) - reach, std::max(a.y(), b.y()) + reach, scene.samples, tile.rows);
+    const SampleSpan columns =
+        samples_in(std::min(a.x(), b.x()) - reach, std::max(a.x(), b.x()) + reach, scene.samples, tile.columns);
     for (int row = rows.first; row <= rows.last; ++row) {
         for (int column = columns.first; column <= columns.last; ++column) {
             const Eigen::Vector2d p((column + 0.5) / scene.samples, (row + 0.5) / scene.samples);
@@ -273,12 +288,14 @@ Image draw(const Scene& scene) {
     const Bins triangles = sort_into_tiles(grid, scene.triangles.size(), [&](std::size_t t) {
         const Triangle& v = scene.triangles[t];
         const ScreenPoint &a = scene.points[v[0]], &b = scene.points[v[1]], &c = scene.points[v[2]];
-        return grid.covered(std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}));
+        return grid.covered(std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::max({a.x, b.x, c.x}),
+                            std::max({a.y, b.y, c.y}));
     });
     const Bins lines = sort_into_tiles(grid, scene.lines.size(), [&](std::size_t i) {
         const Line& line = scene.lines[i];
         const Eigen::Array2d reach = Eigen::Array2d::Constant(line.width / 2 + 1);
-        const Eigen::Array2d low = line.from.cwiseMin(line.to).array() - reach, high = line.from.cwiseMax(line.to).array() + reach;
+        const Eigen::Array2d low = line.from.cwiseMin(line.to).array() - reach,
+                             high = line.from.cwiseMax(line.to).array() + reach;
         return grid.covered(low.x(), low.y(), high.x(), high.y());
     });
 

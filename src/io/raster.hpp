@@ -1,5 +1,6 @@
 /// Private to `picture`: triangles and lines in pixel coordinates to pixels.
-/// The image is cut into tiles, each drawn alone with its own samples, so memory stays small and threads cannot change the result.
+/// The image is cut into tiles, each drawn alone with its own samples, so memory stays small and threads cannot change
+/// the result.
 #pragma once
 
 #include <array>

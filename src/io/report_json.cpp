@@ -9,7 +9,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json json_of(const Summary& s) {
-    return {{"count", s.count}, {"min", s.min},   {"p001", s.p001}, {"p01", s.p01}, {"median", s.median},
+    return {{"count", s.count}, {"min", s.min}, {"p001", s.p001}, {"p01", s.p01}, {"median", s.median},
             {"mean", s.mean},   {"p99", s.p99}, {"p999", s.p999}, {"max", s.max}};
 }
 
@@ -67,18 +67,16 @@ Json json_of(const ShapeReport& s) {
 }
 
 Json json_of(const EdgeReport& e) {
-    return {{"length", json_of(e.length)},
-            {"unit_share", e.unit_share},
-            {"short_share", e.short_share},
-            {"long_share", e.long_share},
-            {"short", e.num_short},
-            {"long", e.num_long},
-            {"efficiency", e.efficiency},
-            {"log2_histogram", json_of(e.log2_histogram)},
+    return {{"length", json_of(e.length)},  {"unit_share", e.unit_share},
+            {"short_share", e.short_share}, {"long_share", e.long_share},
+            {"short", e.num_short},         {"long", e.num_long},
+            {"efficiency", e.efficiency},   {"log2_histogram", json_of(e.log2_histogram)},
             {"worst", json_of(e.worst)}};
 }
 
-Json json_of(const Shortfall& s) { return {{"count", s.count}, {"worst", s.count > 0 ? Json(s.worst) : Json(nullptr)}}; }
+Json json_of(const Shortfall& s) {
+    return {{"count", s.count}, {"worst", s.count > 0 ? Json(s.worst) : Json(nullptr)}};
+}
 
 Json json_of(const OffenderReport& o) {
     Json groups = Json::array();
@@ -87,15 +85,23 @@ Json json_of(const OffenderReport& o) {
                           {"area_length", json_of(g.quality)},
                           {"angle", json_of(g.angle)},
                           {"edge_ratio", json_of(g.edge_ratio)},
-                          {"cause", {{"kind", name_of(g.cause.kind)}, {"text", to_text(g.cause)}, {"value", g.cause.value}, {"ids", g.cause.ids}}}});
-    return {{"limits", {{"area_length", o.limits.quality}, {"angle", o.limits.angle}, {"edge_ratio", o.limits.edge_ratio}}},
-            {"features_known", o.features_known},
-            {"area_length", json_of(o.quality)},
-            {"angle", json_of(o.angle)},
-            {"edge_ratio", json_of(o.edge_ratio)},
-            {"unexplained", {{"area_length", json_of(o.unexplained_quality)}, {"angle", json_of(o.unexplained_angle)}, {"edge_ratio", json_of(o.unexplained_edge_ratio)}}},
-            {"num_groups", o.num_groups},
-            {"groups", groups}};
+                          {"cause",
+                           {{"kind", name_of(g.cause.kind)},
+                            {"text", to_text(g.cause)},
+                            {"value", g.cause.value},
+                            {"ids", g.cause.ids}}}});
+    return {
+        {"limits", {{"area_length", o.limits.quality}, {"angle", o.limits.angle}, {"edge_ratio", o.limits.edge_ratio}}},
+        {"features_known", o.features_known},
+        {"area_length", json_of(o.quality)},
+        {"angle", json_of(o.angle)},
+        {"edge_ratio", json_of(o.edge_ratio)},
+        {"unexplained",
+         {{"area_length", json_of(o.unexplained_quality)},
+          {"angle", json_of(o.unexplained_angle)},
+          {"edge_ratio", json_of(o.unexplained_edge_ratio)}}},
+        {"num_groups", o.num_groups},
+        {"groups", groups}};
 }
 
 Json json_of(const RealisedGradation& g) {
@@ -143,7 +149,8 @@ Json json_of(const ReferenceReport& r, const TopologyReport& mesh) {
     const auto number = [](const std::optional<long long>& n) { return n ? Json(*n) : Json(nullptr); };
     Json compared = Json::array();
     for (const TopologyComparison& c : compare(mesh, r.topology))
-        compared.push_back({{"name", c.name}, {"mesh", number(c.mesh)}, {"reference", number(c.reference)}, {"same", c.same()}});
+        compared.push_back(
+            {{"name", c.name}, {"mesh", number(c.mesh)}, {"reference", number(c.reference)}, {"same", c.same()}});
     return {{"hausdorff", json_of(r.hausdorff)}, {"topology", json_of(r.topology)}, {"compared", compared}};
 }
 

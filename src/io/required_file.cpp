@@ -13,8 +13,8 @@ int read_index(io::Scanner& in, const char* what, std::size_t count) {
     const char* where = in.position();
     const std::int64_t index = in.integer_here(number.c_str());
     if (index < 1 || static_cast<std::uint64_t>(index) > count)
-        in.fail_at(where, std::string("index out of range: ") + what + " " + std::to_string(index) + "; the mesh has " + std::to_string(count) +
-                              ", counted from 1");
+        in.fail_at(where, std::string("index out of range: ") + what + " " + std::to_string(index) + "; the mesh has " +
+                              std::to_string(count) + ", counted from 1");
     return static_cast<int>(index) - 1;
 }
 

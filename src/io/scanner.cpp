@@ -17,16 +17,24 @@ std::string quoted(std::string_view text) {
 }
 
 Scanner::Scanner(const std::string& path, std::string_view text, char comment, bool continues)
-    : path_(path), begin_(text.data()), end_(text.data() + text.size()), pos_(begin_), comment_(comment), continues_(continues) {
+    : path_(path),
+      begin_(text.data()),
+      end_(text.data() + text.size()),
+      pos_(begin_),
+      comment_(comment),
+      continues_(continues) {
     if (text.starts_with("\xEF\xBB\xBF")) pos_ += 3;  // byte order mark of UTF-8
     if (text.starts_with("\xFE\xFF") || text.starts_with("\xFF\xFE")) fail("is text in UTF-16; save it in UTF-8");
 }
 
 bool Scanner::at_end() {
     while (pos_ != end_) {
-        if (is_space(*pos_) || (comments_are_read_ && is_comment(pos_))) ++pos_;
-        else if (is_comment(pos_)) next_line();
-        else return false;
+        if (is_space(*pos_) || (comments_are_read_ && is_comment(pos_)))
+            ++pos_;
+        else if (is_comment(pos_))
+            next_line();
+        else
+            return false;
     }
     return true;
 }
@@ -125,7 +133,8 @@ double Scanner::parse_odd_real(const char* what) {
         long double wide = 0;
         result = std::from_chars(first, last, wide);
         const bool tiny = result.ec == std::errc{} && std::abs(wide) < 1;
-        if (!tiny) fail(std::string("expected ") + what + ", found " + quoted(found) + ", which is beyond double precision");
+        if (!tiny)
+            fail(std::string("expected ") + what + ", found " + quoted(found) + ", which is beyond double precision");
         value = static_cast<double>(wide);
     }
     if (result.ec != std::errc{} || result.ptr != last) fail_expected(what);
@@ -152,9 +161,10 @@ std::size_t Scanner::count(const char* what, std::size_t least) {
     const char* where = pos_;
     const std::int64_t value = integer_here(what);
     if (value < 0) fail_at(where, std::string(what) + " is negative: " + std::to_string(value));
-    if (static_cast<std::uint64_t>(value) > std::numeric_limits<int>::max() || static_cast<std::size_t>(value) > remaining() / least + 1)
-        fail_at(where, std::string(what) + " is " + std::to_string(value) + ", more than the rest of the file can hold (" +
-                           std::to_string(remaining()) + " bytes)");
+    if (static_cast<std::uint64_t>(value) > std::numeric_limits<int>::max() ||
+        static_cast<std::size_t>(value) > remaining() / least + 1)
+        fail_at(where, std::string(what) + " is " + std::to_string(value) +
+                           ", more than the rest of the file can hold (" + std::to_string(remaining()) + " bytes)");
     return static_cast<std::size_t>(value);
 }
 

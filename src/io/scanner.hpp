@@ -22,7 +22,8 @@ class Scanner {
     const char* position() const { return pos_; }
     std::size_t remaining() const { return static_cast<std::size_t>(end_ - pos_); }
 
-    // Across lines -----------------------------------------------------------------------------------------------------
+    // Across lines
+    // -----------------------------------------------------------------------------------------------------
     /// Passes white space and comments. @returns whether the text is at its end
     bool at_end();
     /// From here on the character that starts a comment counts as a blank between words: what comments say is read.
@@ -38,7 +39,8 @@ class Scanner {
     /// A count of things that take at least `least` characters each, which the rest of the text must be able to hold.
     std::size_t count(const char* what, std::size_t least);
 
-    // Within a line ----------------------------------------------------------------------------------------------------
+    // Within a line
+    // ----------------------------------------------------------------------------------------------------
     /// Passes blanks and comments. @returns whether the line is at its end
     bool at_line_end();
     /// Goes behind the end of the line, whatever is left of it.
@@ -57,7 +59,9 @@ class Scanner {
 
   private:
     bool is_comment(const char* at) const { return comment_ != '\0' && *at == comment_; }
-    bool ends_word(const char* at) const { return at == end_ || is_space(*at) || is_comment(at) || (continues_ && *at == '\\'); }
+    bool ends_word(const char* at) const {
+        return at == end_ || is_space(*at) || is_comment(at) || (continues_ && *at == '\\');
+    }
     std::string_view word_here() const;
     double parse_real(const char* what);
     double parse_odd_real(const char* what);

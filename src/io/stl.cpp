@@ -1,4 +1,5 @@
-// STL, text and binary. The format repeats the corners of every triangle; they are welded where their coordinates are equal.
+// STL, text and binary. The format repeats the corners of every triangle; they are welded where their coordinates are
+// equal.
 #include <algorithm>
 #include <bit>
 #include <cctype>
@@ -13,7 +14,8 @@
 namespace gradus::io {
 namespace {
 
-/// Numbers points in the order they first come, equal ones alike. A hash table with open addressing: its order is never seen.
+/// Numbers points in the order they first come, equal ones alike. A hash table with open addressing: its order is never
+/// seen.
 class Weld {
   public:
     explicit Weld(std::size_t expected_triangles) {
@@ -117,7 +119,8 @@ TriangleSoup parse_binary(const std::string& path, std::string_view bytes) {
     in.check_count(count, kBinaryFacet, "the number of triangles");
     if (in.remaining() != count * kBinaryFacet)
         in.fail_at(kBinaryHeader, "the number of triangles is " + std::to_string(count) + ", but " +
-                                      std::to_string(in.remaining() - count * kBinaryFacet) + " bytes follow the last one");
+                                      std::to_string(in.remaining() - count * kBinaryFacet) +
+                                      " bytes follow the last one");
     Weld weld(count);
     for (std::uint32_t t = 0; t < count; ++t) {
         in.skip(12, "a normal");
@@ -138,8 +141,8 @@ TriangleSoup parse_binary(const std::string& path, std::string_view bytes) {
 /// Unit normal; zero for a triangle without one, as the format has it.
 Eigen::Vector3d normal_of(const TriangleSoup& soup, const Triangle& triangle) {
     const Eigen::Vector3d& a = soup.points[static_cast<std::size_t>(triangle[0])];
-    const Eigen::Vector3d normal =
-        (soup.points[static_cast<std::size_t>(triangle[1])] - a).cross(soup.points[static_cast<std::size_t>(triangle[2])] - a);
+    const Eigen::Vector3d normal = (soup.points[static_cast<std::size_t>(triangle[1])] - a)
+                                       .cross(soup.points[static_cast<std::size_t>(triangle[2])] - a);
     const double length = normal.stableNorm();
     return length > 0 && std::isfinite(length) ? Eigen::Vector3d(normal / length) : Eigen::Vector3d::Zero();
 }

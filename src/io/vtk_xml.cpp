@@ -1,5 +1,5 @@
-// VTK's XML formats of unstructured grids (.vtu) and polygons (.vtp). The XML is parsed by expat up to the appended data, which
-// is not XML; the arrays are then decoded from where they lie in the file.
+// VTK's XML formats of unstructured grids (.vtu) and polygons (.vtp). The XML is parsed by expat up to the appended
+// data, which is not XML; the arrays are then decoded from where they lie in the file.
 #include <expat.h>
 #include <zlib.h>
 
@@ -24,18 +24,23 @@ namespace {
 
 /// Cells by their number in the format; the corners come first in all of them.
 constexpr CellKind kKinds[] = {
-    {0, Shape::Nothing, 0, 0, "empty cells"},   {1, Shape::Nothing, 1, 1, "vertices"},   {2, Shape::Nothing, 0, 0, "vertices"},
-    {3, Shape::Lines, 2, 2, "lines"},           {4, Shape::Lines, 2, 0, "lines"},        {5, Shape::Polygon, 3, 3, "triangles"},
-    {6, Shape::Strip, 3, 0, "triangle strips"}, {7, Shape::Polygon, 3, 0, "polygons"},   {8, Shape::Pixel, 4, 4, "pixels"},
-    {9, Shape::Polygon, 4, 4, "quads"},         {10, Shape::Volume, 4, 4, "tetrahedra"}, {11, Shape::Volume, 8, 8, "voxels"},
-    {12, Shape::Volume, 8, 8, "hexahedra"},     {13, Shape::Volume, 6, 6, "wedges"},     {14, Shape::Volume, 5, 5, "pyramids"},
-    {15, Shape::Volume, 10, 10, "prisms"},      {16, Shape::Volume, 12, 12, "prisms"},   {21, Shape::Lines, 2, 3, "lines"},
-    {22, Shape::Polygon, 3, 6, "triangles"},    {23, Shape::Polygon, 4, 8, "quads"},     {24, Shape::Volume, 4, 10, "tetrahedra"},
-    {25, Shape::Volume, 8, 20, "hexahedra"},    {26, Shape::Volume, 6, 15, "wedges"},    {27, Shape::Volume, 5, 13, "pyramids"},
-    {28, Shape::Polygon, 4, 9, "quads"},        {29, Shape::Volume, 8, 27, "hexahedra"}, {30, Shape::Polygon, 4, 6, "quads"},
-    {31, Shape::Volume, 6, 12, "wedges"},       {32, Shape::Volume, 6, 18, "wedges"},    {33, Shape::Volume, 8, 24, "hexahedra"},
-    {34, Shape::Polygon, 3, 7, "triangles"},    {37, Shape::Volume, 5, 19, "pyramids"},  {41, Shape::Volume, 0, 0, "point sets"},
-    {42, Shape::Volume, 0, 0, "polyhedra"},
+    {0, Shape::Nothing, 0, 0, "empty cells"},   {1, Shape::Nothing, 1, 1, "vertices"},
+    {2, Shape::Nothing, 0, 0, "vertices"},      {3, Shape::Lines, 2, 2, "lines"},
+    {4, Shape::Lines, 2, 0, "lines"},           {5, Shape::Polygon, 3, 3, "triangles"},
+    {6, Shape::Strip, 3, 0, "triangle strips"}, {7, Shape::Polygon, 3, 0, "polygons"},
+    {8, Shape::Pixel, 4, 4, "pixels"},          {9, Shape::Polygon, 4, 4, "quads"},
+    {10, Shape::Volume, 4, 4, "tetrahedra"},    {11, Shape::Volume, 8, 8, "voxels"},
+    {12, Shape::Volume, 8, 8, "hexahedra"},     {13, Shape::Volume, 6, 6, "wedges"},
+    {14, Shape::Volume, 5, 5, "pyramids"},      {15, Shape::Volume, 10, 10, "prisms"},
+    {16, Shape::Volume, 12, 12, "prisms"},      {21, Shape::Lines, 2, 3, "lines"},
+    {22, Shape::Polygon, 3, 6, "triangles"},    {23, Shape::Polygon, 4, 8, "quads"},
+    {24, Shape::Volume, 4, 10, "tetrahedra"},   {25, Shape::Volume, 8, 20, "hexahedra"},
+    {26, Shape::Volume, 6, 15, "wedges"},       {27, Shape::Volume, 5, 13, "pyramids"},
+    {28, Shape::Polygon, 4, 9, "quads"},        {29, Shape::Volume, 8, 27, "hexahedra"},
+    {30, Shape::Polygon, 4, 6, "quads"},        {31, Shape::Volume, 6, 12, "wedges"},
+    {32, Shape::Volume, 6, 18, "wedges"},       {33, Shape::Volume, 8, 24, "hexahedra"},
+    {34, Shape::Polygon, 3, 7, "triangles"},    {37, Shape::Volume, 5, 19, "pyramids"},
+    {41, Shape::Volume, 0, 0, "point sets"},    {42, Shape::Volume, 0, 0, "polyhedra"},
 };
 constexpr CellKind kVertices{2, Shape::Nothing, 0, 0, "vertices"}, kLines{4, Shape::Lines, 2, 0, "lines"},
     kPolygons{7, Shape::Polygon, 3, 0, "polygons"}, kStrips{6, Shape::Strip, 3, 0, "triangle strips"};
@@ -47,7 +52,8 @@ struct NumberType {
 constexpr NumberType kTypes[] = {{"Int8", 1},   {"UInt8", 1}, {"Int16", 2},  {"UInt16", 2},  {"Int32", 4},
                                  {"UInt32", 4}, {"Int64", 8}, {"UInt64", 8}, {"Float32", 4}, {"Float64", 8}};
 
-// The XML --------------------------------------------------------------------------------------------------------------
+// The XML
+// --------------------------------------------------------------------------------------------------------------
 
 enum class Format { Text, Binary, Appended };
 
@@ -62,7 +68,8 @@ struct DataArray {
 
 /// The parts of a piece that hold arrays. Polygons come before strips, as VTK numbers cells.
 enum class Part { PointData, CellData, Points, Cells, Verts, Lines, Polys, Strips };
-constexpr std::array<std::string_view, 8> kParts{"PointData", "CellData", "Points", "Cells", "Verts", "Lines", "Polys", "Strips"};
+constexpr std::array<std::string_view, 8> kParts{"PointData", "CellData", "Points", "Cells",
+                                                 "Verts",     "Lines",    "Polys",  "Strips"};
 
 struct Piece {
     int line = 0;
@@ -134,11 +141,14 @@ class DocumentParser {
     }
 
     int line() const {
-        return static_cast<int>(std::min<XML_Size>(XML_GetCurrentLineNumber(parser_.get()), std::numeric_limits<int>::max()));
+        return static_cast<int>(
+            std::min<XML_Size>(XML_GetCurrentLineNumber(parser_.get()), std::numeric_limits<int>::max()));
     }
     [[noreturn]] void fail(const std::string& what) const { throw IoError(path_, line(), what); }
     std::size_t position() const { return static_cast<std::size_t>(XML_GetCurrentByteIndex(parser_.get())); }
-    std::size_t position_behind() const { return position() + static_cast<std::size_t>(XML_GetCurrentByteCount(parser_.get())); }
+    std::size_t position_behind() const {
+        return position() + static_cast<std::size_t>(XML_GetCurrentByteCount(parser_.get()));
+    }
 
     static std::optional<std::string_view> attribute(const char** attributes, std::string_view name) {
         for (; *attributes != nullptr; attributes += 2)
@@ -154,7 +164,8 @@ class DocumentParser {
             fail(std::string(name) + " is " + quoted(*text) + ", not a number");
         return value;
     }
-    std::string_view one_of(const char** attributes, std::string_view name, std::initializer_list<std::string_view> known) const {
+    std::string_view one_of(const char** attributes, std::string_view name,
+                            std::initializer_list<std::string_view> known) const {
         const std::string_view value = attribute(attributes, name).value_or(*known.begin());
         if (std::find(known.begin(), known.end(), value) == known.end())
             fail(std::string(name) + " " + quoted(value) + " is not supported");
@@ -175,7 +186,8 @@ class DocumentParser {
             start_appended(attributes);
         } else if (name == "DataArray" && part_) {
             start_array(attributes);
-        } else if (const auto part = std::find(kParts.begin(), kParts.end(), name); part != kParts.end() && piece_depth_ == depth_ - 1) {
+        } else if (const auto part = std::find(kParts.begin(), kParts.end(), name);
+                   part != kParts.end() && piece_depth_ == depth_ - 1) {
             part_ = static_cast<std::size_t>(part - kParts.begin());
             part_depth_ = depth_;
         }
@@ -207,13 +219,14 @@ class DocumentParser {
     void start_piece(const char** attributes) {
         Piece piece;
         piece.line = line();
-        constexpr std::array<std::string_view, kParts.size()> kCounts{"NumberOfPoints", "NumberOfCells", "NumberOfPoints",
-                                                                      "NumberOfCells",  "NumberOfVerts", "NumberOfLines",
-                                                                      "NumberOfPolys",  "NumberOfStrips"};
+        constexpr std::array<std::string_view, kParts.size()> kCounts{
+            "NumberOfPoints", "NumberOfCells", "NumberOfPoints", "NumberOfCells",
+            "NumberOfVerts",  "NumberOfLines", "NumberOfPolys",  "NumberOfStrips"};
         for (std::size_t i = 0; i < kCounts.size(); ++i) {
             piece.counts[i] = number(attributes, kCounts[i], 0);
             if (piece.counts[i] > static_cast<std::size_t>(std::numeric_limits<int>::max()))
-                fail(std::string(kCounts[i]) + " is " + std::to_string(piece.counts[i]) + ", more than any file can hold");
+                fail(std::string(kCounts[i]) + " is " + std::to_string(piece.counts[i]) +
+                     ", more than any file can hold");
         }
         document_.pieces.push_back(std::move(piece));
         piece_depth_ = depth_;
@@ -224,7 +237,8 @@ class DocumentParser {
         array.line = line();
         array.type = attribute(attributes, "type").value_or("");
         array.name = attribute(attributes, "Name").value_or("");
-        array.components = static_cast<int>(std::clamp<std::size_t>(number(attributes, "NumberOfComponents", 1), 1, 1 << 20));
+        array.components =
+            static_cast<int>(std::clamp<std::size_t>(number(attributes, "NumberOfComponents", 1), 1, 1 << 20));
         const std::string_view format = one_of(attributes, "format", {"ascii", "binary", "appended"});
         array.format = format == "ascii" ? Format::Text : format == "binary" ? Format::Binary : Format::Appended;
         array.offset = number(attributes, "offset", 0);
@@ -268,7 +282,8 @@ class DocumentParser {
         const std::size_t end = contents_.rfind("</AppendedData");
         if (end == std::string_view::npos || end < document_.appended_begin)
             throw IoError(path_, 0,
-                          "at byte " + std::to_string(contents_.size()) + ": expected </AppendedData>, found the end of the file");
+                          "at byte " + std::to_string(contents_.size()) +
+                              ": expected </AppendedData>, found the end of the file");
         document_.appended_end = end;
     }
 
@@ -284,7 +299,8 @@ class DocumentParser {
     std::size_t text_begin_ = 0;
 };
 
-// Encodings ------------------------------------------------------------------------------------------------------------
+// Encodings
+// ------------------------------------------------------------------------------------------------------------
 
 /// Value of a letter of base64, -1 for what is none.
 int base64_value(char c) {
@@ -294,8 +310,8 @@ int base64_value(char c) {
     return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-/// Bytes one after another, raw or in base64. The latter may be in several pieces, each with its padding: headers are often
-/// encoded on their own.
+/// Bytes one after another, raw or in base64. The latter may be in several pieces, each with its padding: headers are
+/// often encoded on their own.
 class ByteStream {
   public:
     ByteStream(std::string_view source, bool base64) : source_(source), base64_(base64) {}
@@ -356,7 +372,8 @@ class Arrays {
         return numbers<std::int64_t>(array);
     }
     static bool is_known(const DataArray& array) {
-        return std::any_of(std::begin(kTypes), std::end(kTypes), [&](const NumberType& type) { return type.name == array.type; });
+        return std::any_of(std::begin(kTypes), std::end(kTypes),
+                           [&](const NumberType& type) { return type.name == array.type; });
     }
     static bool is_integer(const DataArray& array) { return is_known(array) && !array.type.starts_with("Float"); }
 
@@ -367,7 +384,8 @@ class Arrays {
   private:
     template <class Number>
     std::vector<Number> numbers(const DataArray& array) const {
-        const auto type = std::find_if(std::begin(kTypes), std::end(kTypes), [&](const NumberType& t) { return t.name == array.type; });
+        const auto type = std::find_if(std::begin(kTypes), std::end(kTypes),
+                                       [&](const NumberType& t) { return t.name == array.type; });
         if (type == std::end(kTypes)) fail(array, "has the unknown type " + quoted(array.type));
         if (array.format == Format::Text) return numbers_of_text<Number>(array);
         const std::string bytes = bytes_of(array);
@@ -405,8 +423,10 @@ class Arrays {
         if (array.end == 0) return result;
         in.advance(array.begin - static_cast<std::size_t>(in.position() - contents_.data()));
         while (!in.at_end()) {
-            if constexpr (std::is_same_v<Number, double>) result.push_back(in.any_real("a number"));
-            else result.push_back(in.integer("an integer"));
+            if constexpr (std::is_same_v<Number, double>)
+                result.push_back(in.any_real("a number"));
+            else
+                result.push_back(in.integer("an integer"));
         }
         return result;
     }
@@ -426,9 +446,11 @@ class Arrays {
         if (appended && !document_.appended) fail(array, "is appended, but there is no appended data");
         const std::size_t size = document_.appended_end - document_.appended_begin;
         if (appended && array.offset > size)
-            fail(array, "starts at " + std::to_string(array.offset) + " of " + std::to_string(size) + " bytes of appended data");
-        const std::string_view source = appended ? contents_.substr(document_.appended_begin + array.offset, size - array.offset)
-                                                 : contents_.substr(array.begin, array.end - array.begin);
+            fail(array, "starts at " + std::to_string(array.offset) + " of " + std::to_string(size) +
+                            " bytes of appended data");
+        const std::string_view source =
+            appended ? contents_.substr(document_.appended_begin + array.offset, size - array.offset)
+                     : contents_.substr(array.begin, array.end - array.begin);
         ByteStream in(source, !appended || !document_.appended_raw);
         if (document_.compressed) return inflated(array, in);
         const std::size_t count = header_number(array, in);
@@ -450,11 +472,13 @@ class Arrays {
 
     /// Header: number of blocks, size of a block, of the last one if it is shorter, compressed size of each.
     std::string inflated(const DataArray& array, ByteStream& in) const {
-        constexpr std::size_t kGreatestRatio = 1040, kLeast = 64;  // zlib's best is 1032 to 1, plus some bytes of its own
+        constexpr std::size_t kGreatestRatio = 1040,
+                              kLeast = 64;  // zlib's best is 1032 to 1, plus some bytes of its own
         const std::size_t blocks = header_number(array, in);
         if (blocks == 0) return {};
         const std::size_t block_size = header_number(array, in), last_size = header_number(array, in);
-        if (blocks > in.at_most() / 4) fail(array, "is said to have " + std::to_string(blocks) + " blocks, more than the file can hold");
+        if (blocks > in.at_most() / 4)
+            fail(array, "is said to have " + std::to_string(blocks) + " blocks, more than the file can hold");
         std::vector<std::size_t> compressed(blocks);
         for (std::size_t& size : compressed) size = header_number(array, in);
         std::string result;
@@ -466,9 +490,11 @@ class Arrays {
             const std::size_t start = result.size();
             result.resize(start + size);
             uLongf got = size;
-            const int status = ::uncompress(reinterpret_cast<Bytef*>(result.data() + start), &got,
-                                            reinterpret_cast<const Bytef*>(source.data()), static_cast<uLong>(source.size()));
-            if (status != Z_OK || got != size) fail(array, "cannot be unpacked: block " + std::to_string(b) + " is damaged");
+            const int status =
+                ::uncompress(reinterpret_cast<Bytef*>(result.data() + start), &got,
+                             reinterpret_cast<const Bytef*>(source.data()), static_cast<uLong>(source.size()));
+            if (status != Z_OK || got != size)
+                fail(array, "cannot be unpacked: block " + std::to_string(b) + " is damaged");
         }
         return result;
     }
@@ -479,7 +505,8 @@ class Arrays {
     Budget& budget_;
 };
 
-// Meshes ---------------------------------------------------------------------------------------------------------------
+// Meshes
+// ---------------------------------------------------------------------------------------------------------------
 
 class Reader {
   public:
@@ -498,7 +525,8 @@ class Reader {
         }
         data_.point_fields = std::move(point_fields_);
         if (all_labelled_)
-            for (const int cell : cells_.cell_of_triangle()) data_.soup.labels.push_back(cell_labels_[static_cast<std::size_t>(cell)]);
+            for (const int cell : cells_.cell_of_triangle())
+                data_.soup.labels.push_back(cell_labels_[static_cast<std::size_t>(cell)]);
         cells_.drop_middles(data_);
         return std::move(data_);
     }
@@ -529,13 +557,15 @@ class Reader {
         if (arrays.empty()) throw IoError(path_, piece.line, "the piece has no Points");
         const DataArray& array = arrays.front();
         const std::vector<double> x = arrays_.reals(array);
-        if (array.components != 3 && n > 0) arrays_.fail(array, "has " + std::to_string(array.components) + " components; points have 3");
+        if (array.components != 3 && n > 0)
+            arrays_.fail(array, "has " + std::to_string(array.components) + " components; points have 3");
         check_size(array, x.size(), 3 * n);
         if (data_.soup.points.size() + n > static_cast<std::size_t>(std::numeric_limits<int>::max()))
             arrays_.fail(array, "has too many points");
         for (std::size_t i = 0; i < n; ++i) {
             const Eigen::Vector3d point(x[3 * i], x[3 * i + 1], x[3 * i + 2]);
-            if (!point.allFinite()) arrays_.fail(array, "has a coordinate that is not finite, of point " + std::to_string(i));
+            if (!point.allFinite())
+                arrays_.fail(array, "has a coordinate that is not finite, of point " + std::to_string(i));
             data_.soup.points.push_back(point);
         }
     }
@@ -543,12 +573,14 @@ class Reader {
     const DataArray& array_called(const Piece& piece, Part part, std::string_view name) const {
         for (const DataArray& array : piece.of(part))
             if (array.name == name) return array;
-        throw IoError(path_, piece.line,
-                      std::string(kParts[static_cast<std::size_t>(part)]) + " of the piece have no array " + quoted(name));
+        throw IoError(
+            path_, piece.line,
+            std::string(kParts[static_cast<std::size_t>(part)]) + " of the piece have no array " + quoted(name));
     }
 
     void check_size(const DataArray& array, std::size_t found, std::size_t expected) const {
-        if (found != expected) arrays_.fail(array, "has " + std::to_string(found) + " numbers, expected " + std::to_string(expected));
+        if (found != expected)
+            arrays_.fail(array, "has " + std::to_string(found) + " numbers, expected " + std::to_string(expected));
     }
 
     void read_cells(const Piece& piece, std::size_t first_point) {
@@ -563,7 +595,8 @@ class Reader {
     const CellKind& kind_of(const DataArray& array, std::int64_t type) const {
         for (const CellKind& kind : kKinds) {
             if (kind.type != type) continue;
-            if (kind.shape == Shape::Volume) throw IoError(path_, array.line, std::string("holds ") + kind.name + "; give a surface mesh");
+            if (kind.shape == Shape::Volume)
+                throw IoError(path_, array.line, std::string("holds ") + kind.name + "; give a surface mesh");
             return kind;
         }
         arrays_.fail(array, "has cells of type " + std::to_string(type) + ", which are not supported");
@@ -591,8 +624,9 @@ class Reader {
         std::int64_t previous = 0;
         for (const std::int64_t end : nodes.ends) {
             if (end < previous || end > static_cast<std::int64_t>(nodes.all.size()))
-                arrays_.fail(ends, "is out of order or range: " + std::to_string(end) + " after " + std::to_string(previous) +
-                                       ", there are " + std::to_string(nodes.all.size()) + " entries in connectivity");
+                arrays_.fail(ends, "is out of order or range: " + std::to_string(end) + " after " +
+                                       std::to_string(previous) + ", there are " + std::to_string(nodes.all.size()) +
+                                       " entries in connectivity");
             previous = end;
         }
         check_size(array, nodes.all.size(), static_cast<std::size_t>(previous));
@@ -600,9 +634,10 @@ class Reader {
     }
 
     void add_cell(const Nodes& nodes, std::size_t cell, const CellKind& kind, std::size_t first_point) {
-        const auto begin = static_cast<std::size_t>(cell == 0 ? 0 : nodes.ends[cell - 1]), end = static_cast<std::size_t>(nodes.ends[cell]);
-        const bool fits =
-            kind.nodes == 0 ? end - begin >= static_cast<std::size_t>(kind.corners) : end - begin == static_cast<std::size_t>(kind.nodes);
+        const auto begin = static_cast<std::size_t>(cell == 0 ? 0 : nodes.ends[cell - 1]),
+                   end = static_cast<std::size_t>(nodes.ends[cell]);
+        const bool fits = kind.nodes == 0 ? end - begin >= static_cast<std::size_t>(kind.corners)
+                                          : end - begin == static_cast<std::size_t>(kind.nodes);
         if (!fits)
             arrays_.fail(nodes.ends_array, "gives cell " + std::to_string(cell) + " " + std::to_string(end - begin) +
                                                " nodes, but it is one of the " + kind.name + " with " +
@@ -612,8 +647,9 @@ class Reader {
         for (std::size_t i = begin; i < end; ++i) {
             const std::int64_t point = nodes.all[i];
             if (point < 0 || point >= static_cast<std::int64_t>(nodes.num_points))
-                arrays_.fail(nodes.array, "names point " + std::to_string(point) + ", which is out of range; there are " +
-                                              std::to_string(nodes.num_points) + ", numbered from 0");
+                arrays_.fail(nodes.array, "names point " + std::to_string(point) +
+                                              ", which is out of range; there are " + std::to_string(nodes.num_points) +
+                                              ", numbered from 0");
             points_.push_back(static_cast<int>(point + static_cast<std::int64_t>(first_point)));
         }
         cells_.add(data_.soup, kind, points_);
@@ -636,10 +672,12 @@ class Reader {
     }
 
     /// Fields are kept that all pieces have. What is no number (texts, bits) is passed over.
-    void read_fields(std::vector<Field>& fields, const std::vector<DataArray>& arrays, std::size_t count, bool first) const {
+    void read_fields(std::vector<Field>& fields, const std::vector<DataArray>& arrays, std::size_t count,
+                     bool first) const {
         std::vector<Field> read;
         for (const DataArray& array : arrays) {
-            const bool twice = std::any_of(read.begin(), read.end(), [&](const Field& field) { return field.name == array.name; });
+            const bool twice =
+                std::any_of(read.begin(), read.end(), [&](const Field& field) { return field.name == array.name; });
             if (!Arrays::is_known(array) || array.name.empty() || twice) continue;
             Field field{array.name, array.components, arrays_.reals(array), Arrays::is_integer(array)};
             check_size(array, field.values.size(), count * static_cast<std::size_t>(array.components));

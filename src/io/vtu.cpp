@@ -16,10 +16,12 @@ void check_fields(const std::vector<VtuField>& fields, std::size_t count, const 
     std::set<std::string> names;
     for (const VtuField& field : fields) {
         const std::string name = "write_vtu: " + std::string(where) + " field '" + field.name + "'";
-        if (field.name.empty() || !names.insert(field.name).second) throw std::invalid_argument(name + ": a name must be given, and once");
+        if (field.name.empty() || !names.insert(field.name).second)
+            throw std::invalid_argument(name + ": a name must be given, and once");
         if (field.components < 1 || field.data.size() != count * static_cast<std::size_t>(field.components))
-            throw std::invalid_argument(name + " has " + std::to_string(field.data.size()) + " numbers for " + std::to_string(count) +
-                                        " times " + std::to_string(field.components) + " components");
+            throw std::invalid_argument(name + " has " + std::to_string(field.data.size()) + " numbers for " +
+                                        std::to_string(count) + " times " + std::to_string(field.components) +
+                                        " components");
     }
 }
 
@@ -27,8 +29,8 @@ void check_triangles(std::span<const Triangle> triangles, std::size_t num_points
     for (std::size_t t = 0; t < triangles.size(); ++t)
         for (const int vertex : triangles[t])
             if (vertex < 0 || static_cast<std::size_t>(vertex) >= num_points)
-                throw std::invalid_argument("write_vtu: triangle " + std::to_string(t) + " has vertex " + std::to_string(vertex) + " of " +
-                                            std::to_string(num_points));
+                throw std::invalid_argument("write_vtu: triangle " + std::to_string(t) + " has vertex " +
+                                            std::to_string(vertex) + " of " + std::to_string(num_points));
 }
 
 /// The XML head, which names the arrays by their offset, and the data that is appended to it.
@@ -39,8 +41,9 @@ class Arrays {
     std::string xml;
 
     void open(const char* type, const std::string& name, int components, std::size_t bytes) {
-        xml += std::string("<DataArray type=\"") + type + "\" Name=\"" + markup::escape(name) + "\" NumberOfComponents=\"" +
-               std::to_string(components) + "\" format=\"appended\" offset=\"" + std::to_string(data_.size()) + "\"/>\n";
+        xml += std::string("<DataArray type=\"") + type + "\" Name=\"" + markup::escape(name) +
+               "\" NumberOfComponents=\"" + std::to_string(components) + "\" format=\"appended\" offset=\"" +
+               std::to_string(data_.size()) + "\"/>\n";
         io::append_bytes(data_, static_cast<std::uint64_t>(bytes));
     }
     template <class Number>
@@ -67,15 +70,18 @@ void add_field(Arrays& arrays, const Field& field, std::size_t others) {
     const std::size_t missing = others * static_cast<std::size_t>(field.components);
     const bool integers = io::holds_integers(field);
     arrays.open(integers ? "Int64" : "Float64", field.name, field.components, 8 * (field.values.size() + missing));
-    for (const double value : field.values) integers ? arrays.append(static_cast<std::int64_t>(value)) : arrays.append(value);
+    for (const double value : field.values)
+        integers ? arrays.append(static_cast<std::int64_t>(value)) : arrays.append(value);
     for (std::size_t i = 0; i < missing; ++i)
         integers ? arrays.append(std::int64_t{0}) : arrays.append(std::numeric_limits<double>::quiet_NaN());
 }
 
 void add_labels(Arrays& arrays, const TriangleSoup& soup) {
     arrays.open("Int32", std::string(io::kLabelField), 1, 4 * (soup.triangles.size() + soup.edges.size()));
-    for (std::size_t t = 0; t < soup.triangles.size(); ++t) arrays.append(std::int32_t{soup.labels.empty() ? 0 : soup.labels[t]});
-    for (std::size_t e = 0; e < soup.edges.size(); ++e) arrays.append(std::int32_t{soup.edge_labels.empty() ? 0 : soup.edge_labels[e]});
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t)
+        arrays.append(std::int32_t{soup.labels.empty() ? 0 : soup.labels[t]});
+    for (std::size_t e = 0; e < soup.edges.size(); ++e)
+        arrays.append(std::int32_t{soup.edge_labels.empty() ? 0 : soup.edge_labels[e]});
 }
 
 void add_points(Arrays& arrays, std::span<const Eigen::Vector3d> points) {
@@ -98,7 +104,8 @@ void add_cells(Arrays& arrays, std::span<const Triangle> triangles, Edges edges)
         for (const int vertex : edge) arrays.append(std::int32_t{vertex});
     arrays.open("Int64", "offsets", 1, 8 * (triangles.size() + edges.size()));
     for (std::size_t t = 1; t <= triangles.size(); ++t) arrays.append(static_cast<std::int64_t>(3 * t));
-    for (std::size_t e = 1; e <= edges.size(); ++e) arrays.append(static_cast<std::int64_t>(3 * triangles.size() + 2 * e));
+    for (std::size_t e = 1; e <= edges.size(); ++e)
+        arrays.append(static_cast<std::int64_t>(3 * triangles.size() + 2 * e));
     arrays.open("UInt8", "types", 1, triangles.size() + edges.size());
     for (std::size_t t = 0; t < triangles.size(); ++t) arrays.append(kVtkTriangle);
     for (std::size_t e = 0; e < edges.size(); ++e) arrays.append(kVtkLine);
@@ -107,7 +114,8 @@ void add_cells(Arrays& arrays, std::span<const Triangle> triangles, Edges edges)
 
 std::string head_of(std::size_t points, std::size_t cells) {
     return "<?xml version=\"1.0\"?>\n"
-           "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
+           "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
+           "header_type=\"UInt64\">\n<UnstructuredGrid>\n"
            "<Piece NumberOfPoints=\"" +
            std::to_string(points) + "\" NumberOfCells=\"" + std::to_string(cells) + "\">\n";
 }
@@ -149,7 +157,8 @@ void write_vtu(const std::string& path, std::span<const Eigen::Vector3d> points,
     check_fields(point_fields, points.size(), "point");
     check_fields(cell_fields, triangles.size(), "cell");
     check_triangles(triangles, points.size());
-    Arrays arrays((24 + 8 * point_fields.size()) * points.size() + (24 + 8 * cell_fields.size()) * triangles.size() + 4096);
+    Arrays arrays((24 + 8 * point_fields.size()) * points.size() + (24 + 8 * cell_fields.size()) * triangles.size() +
+                  4096);
     arrays.xml = head_of(points.size(), triangles.size());
     add_fields(arrays, "PointData", point_fields);
     add_fields(arrays, "CellData", cell_fields);

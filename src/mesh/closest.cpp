@@ -23,7 +23,8 @@ std::vector<int> all_of(std::span<const Triangle> triangles) {
 }  // namespace
 
 // By the region of the plane that p lies over. [Ericson 2005, 5.1.5]
-Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                              const Eigen::Vector3d& c) {
     const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a;
     const double d1 = ab.dot(ap), d2 = ac.dot(ap);
     if (d1 <= 0 && d2 <= 0) return a;
@@ -36,14 +37,16 @@ Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a
     const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
     if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return a + d1 / (d1 - d3) * ab;
     if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) return a + d2 / (d2 - d6) * ac;
-    if (va <= 0 && d4 >= d3 && d5 >= d6 && (d4 - d3) + (d5 - d6) > 0) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+    if (va <= 0 && d4 >= d3 && d5 >= d6 && (d4 - d3) + (d5 - d6) > 0)
+        return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
     const double sum = va + vb + vc;
     if (sum > 0) return a + (vb / sum) * ab + (vc / sum) * ac;
     // Without area, and rounding has hidden the side it is on.
     const auto on_side = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
         const Eigen::Vector3d along = to - from;
         const double squared = along.squaredNorm();
-        return squared > 0 ? Eigen::Vector3d(from + std::clamp((p - from).dot(along) / squared, 0.0, 1.0) * along) : from;
+        return squared > 0 ? Eigen::Vector3d(from + std::clamp((p - from).dot(along) / squared, 0.0, 1.0) * along)
+                           : from;
     };
     Eigen::Vector3d best = on_side(a, b);
     for (const Eigen::Vector3d& q : {on_side(b, c), on_side(c, a)})
@@ -54,8 +57,10 @@ Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a
 ClosestTriangle::ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles)
     : ClosestTriangle(points, triangles, all_of(triangles)) {}
 
-// What is next to each other along a Z-curve is next to each other in space: its halves are boxes without looking for the best cut.
-ClosestTriangle::ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, std::vector<int> chosen)
+// What is next to each other along a Z-curve is next to each other in space: its halves are boxes without looking for
+// the best cut.
+ClosestTriangle::ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles,
+                                 std::vector<int> chosen)
     : points_(points), triangles_(triangles), chosen_(std::move(chosen)) {
     const auto centre = [&](int t) {
         const Triangle& v = triangles_[t];
@@ -85,7 +90,9 @@ int ClosestTriangle::build(std::span<const Coded> coded, int first, int last) {
         int middle = (first + last) / 2;
         if (const std::uint64_t differ = coded[first].first ^ coded[last - 1].first; differ != 0) {
             const std::uint64_t bit = std::bit_floor(differ);
-            middle = static_cast<int>(std::partition_point(coded.begin() + first, coded.begin() + last, [bit](const Coded& c) { return (c.first & bit) == 0; }) - coded.begin());
+            middle = static_cast<int>(std::partition_point(coded.begin() + first, coded.begin() + last,
+                                                           [bit](const Coded& c) { return (c.first & bit) == 0; }) -
+                                      coded.begin());
         }
         build(coded, first, middle);
         const int right = nodes_[index].right = build(coded, middle, last);
@@ -128,7 +135,8 @@ std::vector<int> ClosestTriangle::within(const Eigen::Vector3d& p, double distan
         }
         for (int i = node.first; i < node.last; ++i) {
             const Triangle& v = triangles_[chosen_[i]];
-            if ((closest_point(p, points_[v[0]], points_[v[1]], points_[v[2]]) - p).norm() <= distance) found.push_back(chosen_[i]);
+            if ((closest_point(p, points_[v[0]], points_[v[1]], points_[v[2]]) - p).norm() <= distance)
+                found.push_back(chosen_[i]);
         }
     }
     std::sort(found.begin(), found.end());
@@ -138,7 +146,8 @@ std::vector<int> ClosestTriangle::within(const Eigen::Vector3d& p, double distan
 void ClosestTriangle::look(int index, const Cone& cone, const Accept& accept, double& squared, int& triangle) const {
     const Node& node = nodes_[index];
     // Farthest along the axis that a point of the box is: all of it beside the cone is nothing to look at.
-    const Eigen::Vector3d middle = (node.box.low + node.box.high) / 2 - cone.apex, half = (node.box.high - node.box.low) / 2;
+    const Eigen::Vector3d middle = (node.box.low + node.box.high) / 2 - cone.apex,
+                          half = (node.box.high - node.box.low) / 2;
     const double height = std::abs(middle.dot(cone.axis)) + half.dot(cone.axis.cwiseAbs());
     if (height * height < cone.cosine * cone.cosine * node.box.squared_distance(cone.apex)) return;
     if (node.right < 0) {
@@ -154,7 +163,8 @@ void ClosestTriangle::look(int index, const Cone& cone, const Accept& accept, do
         return;
     }
     const int left = index + 1, right = node.right;
-    const double to_left = nodes_[left].box.squared_distance(cone.apex), to_right = nodes_[right].box.squared_distance(cone.apex);
+    const double to_left = nodes_[left].box.squared_distance(cone.apex),
+                 to_right = nodes_[right].box.squared_distance(cone.apex);
     const bool left_first = to_left <= to_right;
     if (std::min(to_left, to_right) <= squared) look(left_first ? left : right, cone, accept, squared, triangle);
     if (std::max(to_left, to_right) <= squared) look(left_first ? right : left, cone, accept, squared, triangle);

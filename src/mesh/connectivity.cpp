@@ -27,7 +27,9 @@ std::vector<int> match_twins(int num_vertices, std::span<const Triangle> triangl
             for (int j = i + 1; j < first[v + 1]; ++j) {
                 const auto [a, b] = ends(order[i]);
                 const auto [c, d] = ends(order[j]);
-                if (a == c && b == d) throw std::invalid_argument("Connectivity: edge " + name(a, b) + " is wrongly oriented or has too many triangles");
+                if (a == c && b == d)
+                    throw std::invalid_argument("Connectivity: edge " + name(a, b) +
+                                                " is wrongly oriented or has too many triangles");
                 if (a != d || b != c) continue;
                 if (twin[order[i]] != Connectivity::kNone || twin[order[j]] != Connectivity::kNone)
                     throw std::invalid_argument("Connectivity: edge " + name(a, b) + " has more than two triangles");
@@ -43,7 +45,9 @@ Connectivity::Connectivity(int num_vertices, std::span<const Triangle> triangles
     for (std::size_t t = 0; t < triangles.size(); ++t) {
         const auto& [a, b, c] = triangles[t];
         const bool valid = std::min({a, b, c}) >= 0 && std::max({a, b, c}) < num_vertices && a != b && b != c && c != a;
-        if (!valid) throw std::invalid_argument("Connectivity: triangle " + std::to_string(t) + " has a bad or repeated vertex index");
+        if (!valid)
+            throw std::invalid_argument("Connectivity: triangle " + std::to_string(t) +
+                                        " has a bad or repeated vertex index");
     }
     twin_ = match_twins(num_vertices, triangles);
     origin_.reserve(3 * triangles.size());
@@ -60,7 +64,9 @@ Connectivity::Connectivity(int num_vertices, std::span<const Triangle> triangles
         if (outgoing_[v] == kNone) continue;
         int walked = 0;
         for_each_outgoing(v, [&](int) { ++walked; });
-        if (walked != fans[v]) throw std::invalid_argument("Connectivity: the triangles of vertex " + std::to_string(v) + " form more than one fan");
+        if (walked != fans[v])
+            throw std::invalid_argument("Connectivity: the triangles of vertex " + std::to_string(v) +
+                                        " form more than one fan");
         valence_[v] = walked + (is_boundary_vertex(v) ? 1 : 0);
     }
 }
@@ -126,8 +132,10 @@ int Connectivity::find_edge(int a, int b) const {
     if (!is_live_vertex(a)) return kNone;
     int found = kNone;
     for_each_outgoing(a, [&](int h) {
-        if (target(h) == b) found = h;
-        else if (apex(h) == b && twin_[prev(h)] == kNone) found = prev(h);
+        if (target(h) == b)
+            found = h;
+        else if (apex(h) == b && twin_[prev(h)] == kNone)
+            found = prev(h);
     });
     return found;
 }
@@ -144,7 +152,10 @@ void Connectivity::Journal::clear() {
 void Connectivity::touch(int t) {
     if (!journal_) return;
     const int h = 3 * t;
-    journal_->triangles.push_back({t, {origin_[h], origin_[h + 1], origin_[h + 2]}, {twin_[h], twin_[h + 1], twin_[h + 2]}, {tag_[h], tag_[h + 1], tag_[h + 2]}});
+    journal_->triangles.push_back({t,
+                                   {origin_[h], origin_[h + 1], origin_[h + 2]},
+                                   {twin_[h], twin_[h + 1], twin_[h + 2]},
+                                   {tag_[h], tag_[h + 1], tag_[h + 2]}});
 }
 
 void Connectivity::touch_vertex(int v) {
@@ -166,7 +177,8 @@ void Connectivity::undo(Journal& journal) {
     const auto take_back = [](std::vector<int>& free, std::span<const int> allocated, std::span<const int> freed) {
         // What was freed last is at the end.
         for (const int i : freed)
-            if (const auto at = std::find(free.rbegin(), free.rend(), i); at != free.rend()) free.erase(std::next(at).base());
+            if (const auto at = std::find(free.rbegin(), free.rend(), i); at != free.rend())
+                free.erase(std::next(at).base());
         free.insert(free.end(), allocated.rbegin(), allocated.rend());
     };
     take_back(free_triangles_, journal.allocated_triangles, journal.freed_triangles);
@@ -319,8 +331,10 @@ void Connectivity::collapse(int h) {
     std::vector<int> many;
     int count = 0;
     for_each_outgoing(v, [&](int e) {
-        if (count < 24) fixed[count] = e;
-        else many.push_back(e);
+        if (count < 24)
+            fixed[count] = e;
+        else
+            many.push_back(e);
         ++count;
     });
     for (int i = 0; i < count; ++i) origin_[i < 24 ? fixed[i] : many[i - 24]] = w;
@@ -347,14 +361,18 @@ void Connectivity::collapse(int h) {
     // On the h side: next(h) is w -> c and prev(h) is c -> v; on the g side next(g) is v -> d and prev(g) is d -> w.
     const auto [outer_wc, outer_cv] = close(h, c);
     // outer_wc runs c -> w, outer_cv runs v(=w) -> c
-    if (outer_cv != kNone) some_of_w = outer_cv;
-    else if (outer_wc != kNone) some_of_w = next(outer_wc);
+    if (outer_cv != kNone)
+        some_of_w = outer_cv;
+    else if (outer_wc != kNone)
+        some_of_w = next(outer_wc);
     const int some_of_c = outer_wc != kNone ? outer_wc : outer_cv != kNone ? next(outer_cv) : kNone;
     int some_of_d = kNone;
     if (g != kNone) {
         const auto [outer_vd, outer_dw] = close(g, d);  // d -> v(=w), w -> d
-        if (outer_dw != kNone) some_of_w = outer_dw;
-        else if (outer_vd != kNone && some_of_w == kNone) some_of_w = next(outer_vd);
+        if (outer_dw != kNone)
+            some_of_w = outer_dw;
+        else if (outer_vd != kNone && some_of_w == kNone)
+            some_of_w = next(outer_vd);
         some_of_d = outer_vd != kNone ? outer_vd : outer_dw != kNone ? next(outer_dw) : kNone;
     }
     valence_[w] += valence_[v] - 1 - lost;

@@ -47,8 +47,10 @@ void find_duplicate_vertices(const TriangleSoup& soup, Diagnosis& d) {
     std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
     std::vector<Diagnosis::Copy> copies;
     for (std::size_t first = 0, k = 1; k < order.size(); ++k) {
-        if (soup.points[order[k]] == soup.points[order[first]]) copies.push_back({order[first], order[k]});
-        else first = k;
+        if (soup.points[order[k]] == soup.points[order[first]])
+            copies.push_back({order[first], order[k]});
+        else
+            first = k;
     }
     std::sort(copies.begin(), copies.end());
     for (const auto& copy : copies) d.duplicate_vertices.add(copy);
@@ -141,7 +143,9 @@ struct Fans {
 };
 
 /// Corner of the triangle of `side` at `vertex`, an end of the side.
-int corner_at(const Topology& topology, int side, int vertex) { return topology.start(side) == vertex ? side : Topology::next(side); }
+int corner_at(const Topology& topology, int side, int vertex) {
+    return topology.start(side) == vertex ? side : Topology::next(side);
+}
 
 Fans find_edge_faults(const Topology& topology, Diagnosis& d) {
     Fans fans{DisjointSets(3 * topology.triangles.size()), DisjointSets(topology.triangles.size())};
@@ -155,7 +159,8 @@ Fans find_edge_faults(const Topology& topology, Diagnosis& d) {
         for (std::size_t k = 1; k < count; ++k) {
             fans.triangles.unite(uses[0].side / 3, uses[k].side / 3);
             for (const int vertex : edge)
-                fans.corners.unite(corner_at(topology, uses[0].side, vertex), corner_at(topology, uses[k].side, vertex));
+                fans.corners.unite(corner_at(topology, uses[0].side, vertex),
+                                   corner_at(topology, uses[k].side, vertex));
         }
     });
     return fans;
@@ -192,7 +197,8 @@ std::size_t count_components(const Topology& topology, Fans& fans) {
     return components;
 }
 
-// Text -----------------------------------------------------------------------------------------------------------------
+// Text
+// -----------------------------------------------------------------------------------------------------------------
 
 std::string text_of(int index) { return std::to_string(index); }
 std::string text_of(const std::array<int, 2>& pair) { return std::to_string(pair[0]) + "-" + std::to_string(pair[1]); }
@@ -202,7 +208,8 @@ void describe(std::vector<std::string>& lines, const Findings<Item>& findings, c
     if (findings.empty()) return;
     constexpr std::size_t kNamed = 5;
     std::string line = std::to_string(findings.count) + " " + what + ":";
-    for (std::size_t i = 0; i < std::min(kNamed, findings.first.size()); ++i) line.append(" ").append(text_of(findings.first[i]));
+    for (std::size_t i = 0; i < std::min(kNamed, findings.first.size()); ++i)
+        line.append(" ").append(text_of(findings.first[i]));
     lines.push_back(line + (findings.count > kNamed ? " ..." : ""));
 }
 
@@ -256,7 +263,8 @@ bool is_clean_manifold(const Diagnosis& d) { return is_manifold(d) && blemishes(
 std::string summary(const Diagnosis& d) {
     std::string text = std::to_string(d.num_points) + " vertices, " + std::to_string(d.num_edges) + " edges, " +
                        std::to_string(d.num_triangles) + " triangles\n" + std::to_string(d.components) +
-                       (d.components == 1 ? " component" : " components") + ", Euler characteristic " + std::to_string(d.euler_characteristic) + ", " +
+                       (d.components == 1 ? " component" : " components") + ", Euler characteristic " +
+                       std::to_string(d.euler_characteristic) + ", " +
                        (d.closed ? std::string("closed") : std::to_string(d.boundary_loops) + " boundary loops") + "\n";
     for (const std::string& line : obstacles(d)) text += line + "\n";
     for (const std::string& line : blemishes(d)) text += line + "\n";
@@ -267,7 +275,8 @@ std::string why_not_manifold(const Diagnosis& diagnosis) {
     const std::vector<std::string> reasons = obstacles(diagnosis);
     constexpr std::size_t kReasons = 3;
     std::string text;
-    for (std::size_t i = 0; i < std::min(kReasons, reasons.size()); ++i) text.append(i > 0 ? "; " : "").append(reasons[i]);
+    for (std::size_t i = 0; i < std::min(kReasons, reasons.size()); ++i)
+        text.append(i > 0 ? "; " : "").append(reasons[i]);
     return text;
 }
 

@@ -14,22 +14,23 @@ namespace gradus {
 
 namespace {
 
-constexpr int kReach = 3;                // edges on either side that tell a corner from a jag
-constexpr double kRelief = 0.15;         // of the scale
-constexpr double kJag = 1;               // height of a jag over the scale, from which it is a corner nevertheless
-constexpr double kSliver = 1.0 / 3;      // width of a facet between two creases over its length, at most
-constexpr double kContinues = 0.5;       // cosine of the turn up to which an edge continues a crease
-constexpr double kCorner = 0.3;          // of its turn, what is unexplained of a corner of an outline that turns by as much as creases do
-constexpr double kTip = 1.2;             // angle defect of the point of a cone, radians: it opens by less than 108 degrees
-constexpr double kTipRelief = 1;         // height over the scale
-// A crease stands out where the surface beside it turns little: by this part of the crease's own turn at most, or by what that
-// exceeds kSurely by.
+constexpr int kReach = 3;            // edges on either side that tell a corner from a jag
+constexpr double kRelief = 0.15;     // of the scale
+constexpr double kJag = 1;           // height of a jag over the scale, from which it is a corner nevertheless
+constexpr double kSliver = 1.0 / 3;  // width of a facet between two creases over its length, at most
+constexpr double kContinues = 0.5;   // cosine of the turn up to which an edge continues a crease
+constexpr double kCorner =
+    0.3;  // of its turn, what is unexplained of a corner of an outline that turns by as much as creases do
+constexpr double kTip = 1.2;      // angle defect of the point of a cone, radians: it opens by less than 108 degrees
+constexpr double kTipRelief = 1;  // height over the scale
+// A crease stands out where the surface beside it turns little: by this part of the crease's own turn at most, or by
+// what that exceeds kSurely by.
 constexpr double kBeside = 0.15, kSurely = 1.05;
 // The same of small rings and of networks whose curves are of few edges.
 constexpr double kBesideRing = 0.05, kBesideJagged = 0.1, kCalm = 0.02;
 constexpr int kLongCurve = 4;
-constexpr double kFold = 1.05;           // turn of an edge that is a crease at places that need features, radians: 60 degrees
-constexpr double kRounding = 1e-6;       // of a cosine, generously
+constexpr double kFold = 1.05;  // turn of an edge that is a crease at places that need features, radians: 60 degrees
+constexpr double kRounding = 1e-6;  // of a cosine, generously
 
 using Points = std::span<const Eigen::Vector3d>;
 
@@ -38,15 +39,23 @@ int edge_of(const Connectivity& mesh, int h) { return mesh.twin(h) >= 0 ? std::m
 
 class Finder {
   public:
-    Finder(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known, const PlanarRegions* regions)
-        : regions_(regions), points_(points), mesh_(mesh), options_(options), places_(options.places),
-          kind_(3 * static_cast<std::size_t>(mesh.num_triangles()), Kind::None), degree_(mesh.num_vertices(), 0) {
-        std::sort(places_.begin(), places_.end(), [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.x() < b.x(); });
+    Finder(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known,
+           const PlanarRegions* regions)
+        : regions_(regions),
+          points_(points),
+          mesh_(mesh),
+          options_(options),
+          places_(options.places),
+          kind_(3 * static_cast<std::size_t>(mesh.num_triangles()), Kind::None),
+          degree_(mesh.num_vertices(), 0) {
+        std::sort(places_.begin(), places_.end(),
+                  [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.x() < b.x(); });
         mark_certain(known);
         find_normals();
         if (regions_) mark_creases();
         for (const auto& [a, b] : options_.no_creases)
-            if (const int h = mesh_.find_edge(a, b); h >= 0 && kind_[edge_of(mesh_, h)] <= Kind::Ridge) kind_[edge_of(mesh_, h)] = Kind::None;
+            if (const int h = mesh_.find_edge(a, b); h >= 0 && kind_[edge_of(mesh_, h)] <= Kind::Ridge)
+                kind_[edge_of(mesh_, h)] = Kind::None;
         continue_creases();
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h)
             if (kind_[h] >= Kind::Crease) ++degree_[mesh.origin(h)], ++degree_[mesh.target(h)];
@@ -69,17 +78,19 @@ class Finder {
         for (const bool from_corner : {true, false})
             for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
                 if (!is_feature(h)) continue;
-                for (const auto& [from, to] : {std::pair(mesh_.origin(h), mesh_.target(h)), std::pair(mesh_.target(h), mesh_.origin(h))}) {
+                for (const auto& [from, to] :
+                     {std::pair(mesh_.origin(h), mesh_.target(h)), std::pair(mesh_.target(h), mesh_.origin(h))}) {
                     if (mesh_.tag(h) >= 0 || (from_corner && !features.corner[from])) continue;
-                    features.chains.push_back(trace(h, from, to, features.corner, static_cast<int>(features.chains.size())));
+                    features.chains.push_back(
+                        trace(h, from, to, features.corner, static_cast<int>(features.chains.size())));
                 }
             }
         return features;
     }
 
   private:
-    // Of an edge, at its first half. A fold is where features are asked for, a ridge where planes meet that are no facets of a round: that is
-    // evidence enough.
+    // Of an edge, at its first half. A fold is where features are asked for, a ridge where planes meet that are no
+    // facets of a round: that is evidence enough.
     enum class Kind : char { None, Weak, Crease, Fold, Ridge, Certain };
 
     bool is_found(int edge) const { return kind_[edge] == Kind::Crease || kind_[edge] == Kind::Ridge; }
@@ -99,7 +110,8 @@ class Finder {
     void mark_certain(const KnownFeatures& known) {
         for (int h = 0; h < static_cast<int>(kind_.size()); ++h) {
             const int g = mesh_.twin(h);
-            if (g < 0 || (h < g && !known.labels.empty() && known.labels[h / 3] != known.labels[g / 3])) kind_[h] = Kind::Certain;
+            if (g < 0 || (h < g && !known.labels.empty() && known.labels[h / 3] != known.labels[g / 3]))
+                kind_[h] = Kind::Certain;
         }
         for (const auto& [a, b] : known.edges)
             if (const int h = mesh_.find_edge(a, b); h >= 0) kind_[edge_of(mesh_, h)] = Kind::Certain;
@@ -109,7 +121,8 @@ class Finder {
         normals_.resize(mesh_.num_triangles());
         for (int t = 0; t < mesh_.num_triangles(); ++t) {
             const auto [a, b, c] = mesh_.triangle(t);
-            normals_[t] = regions_ ? regions_->normal_at(t) : (points_[b] - points_[a]).cross(points_[c] - points_[a]).stableNormalized();
+            normals_[t] = regions_ ? regions_->normal_at(t)
+                                   : (points_[b] - points_[a]).cross(points_[c] - points_[a]).stableNormalized();
         }
     }
 
@@ -141,11 +154,19 @@ class Finder {
         const BendSide one = regions_->side_of(h), other = regions_->side_of(mesh_.twin(h));
         const double unexplained = unexplained_turn(turn, one, other), width = std::min(one.width, other.width);
         // Of one facet the width says less than what is behind it.
-        const bool of_several = std::min(regions_->num_facets(regions_->of(h / 3)), regions_->num_facets(regions_->of(mesh_.twin(h) / 3))) > 1;
-        const auto stands_out = [&] { return (of_several && rises(width, turn)) || (turn >= options_.weak_angle && relief(h) >= kRelief * options_.scale); };
-        if (of_strips && turn >= options_.ridge_angle && ((is_ridge(turn, one, other) && stands_out()) || sags(width, turn, one, other))) return Kind::Ridge;
+        const bool of_several = std::min(regions_->num_facets(regions_->of(h / 3)),
+                                         regions_->num_facets(regions_->of(mesh_.twin(h) / 3))) > 1;
+        const auto stands_out = [&] {
+            return (of_several && rises(width, turn)) ||
+                   (turn >= options_.weak_angle && relief(h) >= kRelief * options_.scale);
+        };
+        if (of_strips && turn >= options_.ridge_angle &&
+            ((is_ridge(turn, one, other) && stands_out()) || sags(width, turn, one, other)))
+            return Kind::Ridge;
         if (turn < options_.weak_angle) return Kind::None;
-        if (turn >= options_.angle && (is_flat(h, one, other) || is_flat(mesh_.twin(h), other, one)) && is_ridge(turn, one, other) && stands_out()) return Kind::Ridge;
+        if (turn >= options_.angle && (is_flat(h, one, other) || is_flat(mesh_.twin(h), other, one)) &&
+            is_ridge(turn, one, other) && stands_out())
+            return Kind::Ridge;
         if (turn < options_.sharp_angle && unexplained <= turn / 2) return Kind::None;
         if (options_.scale > 0 && relief(h) < kRelief * options_.scale) return Kind::None;
         return turn >= options_.angle ? Kind::Crease : Kind::Weak;
@@ -156,7 +177,8 @@ class Finder {
         return regions_->num_facets(regions_->of(h / 3)) > 1 && own.reach > kAlikeWidths * other.reach;
     }
 
-    // Whether a round through a bend between facets, or chords, as wide as that rises too far over them. Where it begins it turns half as much.
+    // Whether a round through a bend between facets, or chords, as wide as that rises too far over them. Where it
+    // begins it turns half as much.
     bool sags(double width, double turn, const BendSide& one, const BendSide& other) const {
         for (const BendSide& side : {one, other})
             if (side.is_strip && side.next_turn < options_.sharp_angle) turn = std::max(turn, side.next_turn);
@@ -170,17 +192,20 @@ class Finder {
     bool needs_features(int a, int b) const {
         const Eigen::Vector3d &p = points_[a], &q = points_[b];
         const auto [left, right] = std::minmax(p.x(), q.x());
-        const auto first = std::lower_bound(places_.begin(), places_.end(), left - options_.reach, [](const Eigen::Vector3d& place, double x) { return place.x() < x; });
+        const auto first = std::lower_bound(places_.begin(), places_.end(), left - options_.reach,
+                                            [](const Eigen::Vector3d& place, double x) { return place.x() < x; });
         for (auto place = first; place != places_.end() && place->x() <= right + options_.reach; ++place)
             if ((closest_point(*place, p, q, q) - *place).norm() <= options_.reach) return true;
         return false;
     }
 
-    // How far the middle of an edge lies from the line between the points at `scale` to either side, straight over the facets.
+    // How far the middle of an edge lies from the line between the points at `scale` to either side, straight over the
+    // facets.
     double relief(int h) const {
         const Eigen::Vector3d middle = (points_[mesh_.origin(h)] + points_[mesh_.target(h)]) / 2;
         const Eigen::Vector3d a = straight_from(h, middle), b = straight_from(mesh_.twin(h), middle), ab = b - a;
-        const double length2 = ab.squaredNorm(), t = length2 > 0 ? std::clamp((middle - a).dot(ab) / length2, 0.0, 1.0) : 0;
+        const double length2 = ab.squaredNorm(),
+                     t = length2 > 0 ? std::clamp((middle - a).dot(ab) / length2, 0.0, 1.0) : 0;
         return (a + t * ab - middle).norm();
     }
 
@@ -211,7 +236,8 @@ class Finder {
 
     // Of the triangle of h.
     double height_over(int h) const {
-        const Eigen::Vector3d edge = points_[mesh_.target(h)] - points_[mesh_.origin(h)], side = points_[mesh_.apex(h)] - points_[mesh_.origin(h)];
+        const Eigen::Vector3d edge = points_[mesh_.target(h)] - points_[mesh_.origin(h)],
+                              side = points_[mesh_.apex(h)] - points_[mesh_.origin(h)];
         return edge.cross(side).norm() / edge.norm();
     }
 
@@ -222,7 +248,8 @@ class Finder {
             if (kind_[h] >= Kind::Crease && kind_[h] <= Kind::Ridge) queue.push_back(h);
         for (std::size_t i = 0; i < queue.size(); ++i) {
             const int h = queue[i];
-            for (const auto& [from, at] : {std::pair(mesh_.origin(h), mesh_.target(h)), std::pair(mesh_.target(h), mesh_.origin(h))}) {
+            for (const auto& [from, at] :
+                 {std::pair(mesh_.origin(h), mesh_.target(h)), std::pair(mesh_.target(h), mesh_.origin(h))}) {
                 int best = -1, features = 0;
                 double straightest = kContinues;
                 const bool is_fold = kind_[h] == Kind::Fold;
@@ -230,7 +257,8 @@ class Finder {
                     const int edge = edge_of(mesh_, e);
                     if (kind_[edge] >= Kind::Crease) ++features;
                     const double straight = along(from, at).dot(along(at, other));
-                    const bool goes_on = is_fold ? kind_[edge] < Kind::Crease && turn_of(edge) > kFold : kind_[edge] == Kind::Weak;
+                    const bool goes_on =
+                        is_fold ? kind_[edge] < Kind::Crease && turn_of(edge) > kFold : kind_[edge] == Kind::Weak;
                     if (goes_on && straight > straightest) straightest = straight, best = edge;
                 });
                 if (features > 1 || best < 0) continue;
@@ -246,7 +274,8 @@ class Finder {
         return std::atan2(n.cross(m).norm(), n.dot(m));
     }
 
-    // Mean turn at the other sides of the triangles of some half-edges, as far as these sides are no features; nothing where all are.
+    // Mean turn at the other sides of the triangles of some half-edges, as far as these sides are no features; nothing
+    // where all are.
     std::optional<double> turn_beside(std::initializer_list<int> halfedges) const {
         double sum = 0;
         int count = 0;
@@ -256,8 +285,8 @@ class Finder {
         return count > 0 ? std::optional(sum / count) : std::nullopt;
     }
 
-    // Takes away creases, from where they begin, meet or end, that do not stand out from the surface beside them: on a noisy or
-    // rough one single edges turn as much as a crease does. @returns whether there were any
+    // Takes away creases, from where they begin, meet or end, that do not stand out from the surface beside them: on a
+    // noisy or rough one single edges turn as much as a crease does. @returns whether there were any
     bool drop_unclear() {
         std::vector<char> seen(kind_.size(), 0);
         std::vector<int> dropped, run;
@@ -267,7 +296,8 @@ class Finder {
             seen[h] = 1;
             for (int at : {mesh_.origin(h), mesh_.target(h)})
                 while (degree_[at] == 2) {
-                    const auto [following, beyond] = follow(at, [&](int e) { return kind_[e] == Kind::Crease && !seen[e]; });
+                    const auto [following, beyond] =
+                        follow(at, [&](int e) { return kind_[e] == Kind::Crease && !seen[e]; });
                     if (following < 0) break;
                     seen[following] = 1;
                     run.push_back(following);
@@ -280,7 +310,8 @@ class Finder {
                 turn += part * turn_of(e);
                 beside += part * turn_beside({e, mesh_.twin(e)}).value_or(0);
             }
-            if (beside > std::max(kBeside * turn, turn - kSurely * length)) dropped.insert(dropped.end(), run.begin(), run.end());
+            if (beside > std::max(kBeside * turn, turn - kSurely * length))
+                dropped.insert(dropped.end(), run.begin(), run.end());
         }
         for (const int e : dropped) drop(e);
         return !dropped.empty();
@@ -306,13 +337,15 @@ class Finder {
             std::vector<int> edges;
             int at = v;
             while (static_cast<int>(edges.size()) < options_.shortest) {
-                const auto [following, beyond] = follow(at, [&](int e) { return is_feature(e) && (edges.empty() || e != edges.back()); });
+                const auto [following, beyond] =
+                    follow(at, [&](int e) { return is_feature(e) && (edges.empty() || e != edges.back()); });
                 if (following < 0 || kind_[following] >= Kind::Fold) break;
                 edges.push_back(following);
                 at = beyond;
                 if (degree_[at] != 2) break;
             }
-            if (static_cast<int>(edges.size()) < options_.shortest) dropped.insert(dropped.end(), edges.begin(), edges.end());
+            if (static_cast<int>(edges.size()) < options_.shortest)
+                dropped.insert(dropped.end(), edges.begin(), edges.end());
         }
         for (const int e : dropped)
             if (kind_[e] == Kind::Crease) drop(e);  // those between two free ends are named twice
@@ -321,7 +354,8 @@ class Finder {
     // What hangs together of features.
     struct Network {
         int edges = 0, vertices = 0, ends = 0;  // ends of curves, at corners
-        // Turns times lengths: of the edges, of the surface on both sides of them, and of that on the calmer side of each.
+        // Turns times lengths: of the edges, of the surface on both sides of them, and of that on the calmer side of
+        // each.
         double length = 0, turn = 0, beside = 0, calmer = 0;
         bool certain = false;
 
@@ -330,8 +364,8 @@ class Finder {
         bool stands_out(double share) const { return beside <= share * turn || calmer <= kCalm * turn; }
     };
 
-    // Takes away networks of creases that are none: short trees, and on surfaces that are rough, where folds and spikes turn as much
-    // as creases do, small rings and what turns a corner every few edges.
+    // Takes away networks of creases that are none: short trees, and on surfaces that are rough, where folds and spikes
+    // turn as much as creases do, small rings and what turns a corner every few edges.
     void drop_small_networks() {
         DisjointSets sets(mesh_.num_vertices());
         const auto edges = [&](const auto& use) {
@@ -376,22 +410,28 @@ class Finder {
         for (const int h : none) drop(h);
     }
 
-    // A half-edge of a crease beside which another feature is close, less than what creases rise at least: at the apex of its triangle.
+    // A half-edge of a crease beside which another feature is close, less than what creases rise at least: at the apex
+    // of its triangle.
     std::optional<int> doubled_side(int edge, const std::vector<char>& stays) const {
         if (!is_found(edge) || (stays[mesh_.origin(edge)] && stays[mesh_.target(edge)])) return std::nullopt;
         for (const int h : {edge, mesh_.twin(edge)}) {
             // Two bends sharper than rounds, the same way, are the rims of a plate.
-            if (kind_[edge] == Kind::Ridge && turn_of(edge) > kSharpestRound && regions_->side_of(h).next_turn > kSharpestRound) continue;
+            if (kind_[edge] == Kind::Ridge && turn_of(edge) > kSharpestRound &&
+                regions_->side_of(h).next_turn > kSharpestRound)
+                continue;
             const int next = Connectivity::next(h), prev = Connectivity::prev(h);
             // What goes on to the apex, and not beyond to others, is the same curve, unless it turns on the way.
             const auto goes_on = [&](int following, int from, int v, int to) {
-                return is_feature(following) && degree_[v] == 2 && degree_[to] == 2 && along(from, v).dot(along(v, to)) > kContinues;
+                return is_feature(following) && degree_[v] == 2 && degree_[to] == 2 &&
+                       along(from, v).dot(along(v, to)) > kContinues;
             };
             const int a = mesh_.origin(h), b = mesh_.target(h), apex = mesh_.apex(h);
             const bool is_own = goes_on(next, a, b, apex) || goes_on(prev, b, a, apex);
             // A facet may be a sliver of a wide plane.
-            const double height = height_over(h), across = regions_->across(h).length, width = across > kAlikeWidths * height ? across : height;
-            if (!is_own && degree_[apex] > 0 && width < kRelief * options_.scale && width < kSliver * length(h)) return h;
+            const double height = height_over(h), across = regions_->across(h).length,
+                         width = across > kAlikeWidths * height ? across : height;
+            if (!is_own && degree_[apex] > 0 && width < kRelief * options_.scale && width < kSliver * length(h))
+                return h;
         }
         return std::nullopt;
     }
@@ -406,7 +446,8 @@ class Finder {
             t = mesh_.twin(h) / 3;
             if (t == next_side / 3) break;
             const Triangle corners = mesh_.triangle(t);
-            const int beyond = *std::find_if(corners.begin(), corners.end(), [&](int w) { return w != v && w != apex; });
+            const int beyond =
+                *std::find_if(corners.begin(), corners.end(), [&](int w) { return w != v && w != apex; });
             if (!is_feature(mesh_.find_edge(apex, beyond))) return false;
             apex = beyond;
         }
@@ -460,12 +501,14 @@ class Finder {
             }
             runs.push_back(std::move(run));
         }
-        std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return std::pair(a.steps, a.weight) < std::pair(b.steps, b.weight); });
+        std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) {
+            return std::pair(a.steps, a.weight) < std::pair(b.steps, b.weight);
+        });
         return runs;
     }
 
-    // Of two creases that run side by side within what creases rise at least, as those on both sides of slivers do, one is enough: that
-    // of the smaller turn goes, and where it went on alone it begins at the other.
+    // Of two creases that run side by side within what creases rise at least, as those on both sides of slivers do, one
+    // is enough: that of the smaller turn goes, and where it went on alone it begins at the other.
     void drop_doubled() {
         if (options_.scale == 0) return;
         std::vector<char> stays(mesh_.num_vertices(), 0);  // vertices between which features gave way to others already
@@ -475,7 +518,8 @@ class Finder {
                 const auto is_doubled = [&](int side) { return doubled_side(edge_of(mesh_, side), stays) == side; };
                 if (!std::all_of(run.sides.begin(), run.sides.end(), is_doubled)) continue;
                 for (const int side : run.sides) drop(edge_of(mesh_, side));
-                if (!std::all_of(run.sides.begin(), run.sides.end(), [&](int side) { return degree_[mesh_.apex(side)] > 0; })) {
+                if (!std::all_of(run.sides.begin(), run.sides.end(),
+                                 [&](int side) { return degree_[mesh_.apex(side)] > 0; })) {
                     for (const int side : run.sides) mark_crease(edge_of(mesh_, side));
                     continue;
                 }
@@ -487,7 +531,8 @@ class Finder {
                         const int edge = edge_of(mesh_, step);
                         if (!is_feature(edge)) mark_crease(edge);
                         // The last that is left of what went.
-                        else if (is_found(edge) && along(mesh_.apex(side), end).dot(along(end, other)) > kContinues) drop(edge);
+                        else if (is_found(edge) && along(mesh_.apex(side), end).dot(along(end, other)) > kContinues)
+                            drop(edge);
                     });
                 }
             }
@@ -523,7 +568,8 @@ class Finder {
         return turns(a, v, b) && (is_high_jag(a, v, b) || turns(far_along(v, a), v, far_along(v, b)));
     }
 
-    // Outlines of planes are exact: a bend from a over v to b is a corner where the edges beside it are no chords of a round.
+    // Outlines of planes are exact: a bend from a over v to b is a corner where the edges beside it are no chords of a
+    // round.
     bool is_outline_corner(int a, int v, int b) const {
         const Eigen::Vector3d before = along(a, v), after = along(v, b), axis = before.cross(after).stableNormalized();
         const double turn = std::atan2(before.cross(after).norm(), before.dot(after));
@@ -542,7 +588,8 @@ class Finder {
         const BendSide one = side_to(a), other = side_to(b);
         const double width = std::min(one.width, other.width);
         if (sags(width, turn, one, other)) return true;
-        return rises(width, turn) && (turn < options_.angle ? is_ridge(turn, one, other) : unexplained_turn(turn, one, other) > kCorner * turn);
+        return rises(width, turn) && (turn < options_.angle ? is_ridge(turn, one, other)
+                                                            : unexplained_turn(turn, one, other) > kCorner * turn);
     }
 
     // Whether an edge surely is a feature, with planes of several facets on both sides, or on the only one.
@@ -568,8 +615,9 @@ class Finder {
         return 2 * std::numbers::pi - sum;
     }
 
-    // Whether the facets around v surely are short of a whole turn by less than a tip. Seen along a normal from which none of
-    // theirs is farther than an angle t they go around once at least, and are seen with angles of 1 / cos t of theirs at most.
+    // Whether the facets around v surely are short of a whole turn by less than a tip. Seen along a normal from which
+    // none of theirs is farther than an angle t they go around once at least, and are seen with angles of 1 / cos t of
+    // theirs at most.
     bool is_blunt(int v) const {
         static const double least = 1 - kTip / (2 * std::numbers::pi) + kRounding;
         const Eigen::Vector3d& seen_from = normals_[mesh_.outgoing(v) / 3];
@@ -578,7 +626,8 @@ class Finder {
         return blunt;
     }
 
-    // A row of facets from a vertex to where the surface ends all around: nothing behind them says that it is round and not a cone.
+    // A row of facets from a vertex to where the surface ends all around: nothing behind them says that it is round and
+    // not a cone.
     bool is_row_of_cone(int v) const {
         bool ends = true;
         Eigen::Vector3d axis(0, 0, 0);
@@ -594,7 +643,8 @@ class Finder {
         return turn > kCalm * mesh_.valence(v);
     }
 
-    // The point of a cone: sharp, with no such neighbour, and high enough, or of facets of which nothing says that they are round.
+    // The point of a cone: sharp, with no such neighbour, and high enough, or of facets of which nothing says that they
+    // are round.
     bool is_tip(int v) const {
         if (!mesh_.is_live_vertex(v) || degree_[v] > 0) return false;
         if (is_row_of_cone(v)) return true;
@@ -649,10 +699,12 @@ bool is_straight_chord(Points points, const FeatureChain& chain, int i) {
     const int edges = chain.num_edges();
     const auto length = [&](int j) { return (points[chain.vertex(j + 1)] - points[chain.vertex(j)]).norm(); };
     const bool before = i > 0 || chain.closed, after = i + 1 < edges || chain.closed;
-    return (!before || length(i) > kAlikeWidths * length((i + edges - 1) % edges)) && (!after || length(i) > kAlikeWidths * length((i + 1) % edges));
+    return (!before || length(i) > kAlikeWidths * length((i + edges - 1) % edges)) &&
+           (!after || length(i) > kAlikeWidths * length((i + 1) % edges));
 }
 
-Features find_features(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known, const PlanarRegions* regions) {
+Features find_features(Points points, Connectivity& mesh, const FeatureOptions& options, const KnownFeatures& known,
+                       const PlanarRegions* regions) {
     std::optional<PlanarRegions> own;
     if (!regions && options.angle < std::numbers::pi) regions = &own.emplace(points, mesh);
     return Finder(points, mesh, options, known, regions).chains(known.corners);
@@ -669,8 +721,10 @@ Wedges wedges_of(const Connectivity& mesh) {
         bool seen = false;
         const auto begin = [&](int h) {
             const int wedge = seen ? wedges.size() : v;
-            if (seen) wedges.vertex.push_back(v), wedges.first.push_back(h);
-            else wedges.first[v] = h;
+            if (seen)
+                wedges.vertex.push_back(v), wedges.first.push_back(h);
+            else
+                wedges.first[v] = h;
             seen = true;
             wedges.for_each(mesh, wedge, [&](int e) { wedges.of_corner[e] = wedge; });
         };

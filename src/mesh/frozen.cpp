@@ -14,7 +14,8 @@ using Points = std::span<const Eigen::Vector3d>;
 
 // Numbers count from 0; the place tells which it is in any counting.
 [[noreturn]] void refuse(const std::string& element, const Eigen::Vector3d& at, const std::string& what) {
-    throw std::invalid_argument(fmt::format("required {} (counted from 0) at {:.6g} {:.6g} {:.6g} {}", element, at.x(), at.y(), at.z(), what));
+    throw std::invalid_argument(
+        fmt::format("required {} (counted from 0) at {:.6g} {:.6g} {:.6g} {}", element, at.x(), at.y(), at.z(), what));
 }
 
 void check_index(const char* what, int index, int count) {
@@ -43,7 +44,8 @@ Frozen frozen_elements(Points points, const Connectivity& mesh, const RequiredEl
     for (const auto& [a, b] : required.edges) {
         for (const int v : {a, b}) check_index("edge to vertex", v, mesh.num_vertices());
         const std::string name = fmt::format("edge {}-{}", a, b);
-        const int h = a != b && mesh.is_live_vertex(a) && mesh.is_live_vertex(b) ? mesh.find_edge(a, b) : Connectivity::kNone;
+        const int h =
+            a != b && mesh.is_live_vertex(a) && mesh.is_live_vertex(b) ? mesh.find_edge(a, b) : Connectivity::kNone;
         if (h < 0) refuse(name, points[a], "is no side of a triangle");
         if (points[a] == points[b]) refuse(name, points[a], "has no length");
         freeze_edge(h);

@@ -16,7 +16,8 @@ using Edge = std::array<int, 2>;
 
 class JunctionFinder {
   public:
-    JunctionFinder(const Points& points, const std::vector<Triangle>& triangles, double distance) : points_(points), distance_(distance) {
+    JunctionFinder(const Points& points, const std::vector<Triangle>& triangles, double distance)
+        : points_(points), distance_(distance) {
         std::vector<int> itself(points.size());
         std::iota(itself.begin(), itself.end(), 0);
         edges_ = open_edges(triangles, itself);
@@ -35,7 +36,8 @@ class JunctionFinder {
                 if (v != across && is_junction(e, v)) found.vertices.push_back(v);
             if (found.vertices.empty()) continue;
             const Eigen::Vector3d d = points_[e[1]] - points_[e[0]];
-            std::stable_sort(found.vertices.begin(), found.vertices.end(), [&](int a, int b) { return points_[a].dot(d) < points_[b].dot(d); });
+            std::stable_sort(found.vertices.begin(), found.vertices.end(),
+                             [&](int a, int b) { return points_[a].dot(d) < points_[b].dot(d); });
             result.push_back(std::move(found));
         }
         return result;
@@ -52,7 +54,9 @@ class JunctionFinder {
         for (const int end : e)
             if ((points_[v] - points_[end]).norm() <= distance_) return false;
         const std::vector<int>& others = neighbours_.at(v);
-        return std::any_of(others.begin(), others.end(), [&](int n) { return is_on(e, n) || is_on({v, n}, e[0]) || is_on({v, n}, e[1]); });
+        return std::any_of(others.begin(), others.end(), [&](int n) {
+            return is_on(e, n) || is_on({v, n}, e[0]) || is_on({v, n}, e[1]);
+        });
     }
 
     // Cells as wide as the mean edge, so that all edges together pass through as many as there are edges.
@@ -65,12 +69,14 @@ class JunctionFinder {
         }
         if (edges_.empty()) return;
         low_ = box.min();
-        cell_ = std::max({length / static_cast<double>(edges_.size()), 2 * distance_, box.sizes().maxCoeff() / (1 << 20)});
+        cell_ =
+            std::max({length / static_cast<double>(edges_.size()), 2 * distance_, box.sizes().maxCoeff() / (1 << 20)});
         for (const auto& [v, others] : neighbours_) cells_[key(cell_of(points_[v]))].push_back(v);
     }
     Eigen::Vector3i cell_of(const Eigen::Vector3d& p) const { return ((p - low_) / cell_).array().floor().cast<int>(); }
     static std::uint64_t key(const Eigen::Vector3i& c) {
-        return static_cast<std::uint64_t>(c.x() + 1) << 42 | static_cast<std::uint64_t>(c.y() + 1) << 21 | static_cast<std::uint64_t>(c.z() + 1);
+        return static_cast<std::uint64_t>(c.x() + 1) << 42 | static_cast<std::uint64_t>(c.y() + 1) << 21 |
+               static_cast<std::uint64_t>(c.z() + 1);
     }
     // Vertices around points of an edge that are a cell apart.
     std::vector<int> near(const Edge& e) const {
@@ -109,7 +115,9 @@ std::vector<OpenEdge> open_edges(const std::vector<Triangle>& triangles, const s
         }
     std::sort(edges.begin(), edges.end(), [](const OpenEdge& a, const OpenEdge& b) { return a.ends < b.ends; });
     for (std::size_t i = 0; i < edges.size(); ++i)
-        if ((i == 0 || edges[i - 1].ends != edges[i].ends) && (i + 1 == edges.size() || edges[i + 1].ends != edges[i].ends)) open.push_back(edges[i]);
+        if ((i == 0 || edges[i - 1].ends != edges[i].ends) &&
+            (i + 1 == edges.size() || edges[i + 1].ends != edges[i].ends))
+            open.push_back(edges[i]);
     return open;
 }
 

@@ -24,8 +24,9 @@ struct Junctions {
     std::vector<int> vertices;
 };
 
-/// T-junctions: a vertex lies within a distance of an open edge, farther from its ends, and an open edge that ends in the vertex runs
-/// along it. The vertex across the edge in its triangle is none. In the order of the edges. O(n log n), by a grid.
+/// T-junctions: a vertex lies within a distance of an open edge, farther from its ends, and an open edge that ends in
+/// the vertex runs along it. The vertex across the edge in its triangle is none. In the order of the edges. O(n log n),
+/// by a grid.
 /// @param points  in [-1, 1], at least those of the triangles
 std::vector<Junctions> find_junctions(const Points& points, const std::vector<Triangle>& triangles, double distance);
 

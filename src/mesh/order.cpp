@@ -7,7 +7,7 @@ namespace gradus {
 
 namespace {
 
-constexpr int kBits = 21;  // of a coordinate, in a code of 63
+constexpr int kBits = 21;          // of a coordinate, in a code of 63
 constexpr double kLargest = 1e40;  // of a coordinate; what is beyond no surface has
 
 // The bits of a whole number below 2^21, two zeros between each and the next.
@@ -64,7 +64,8 @@ Ordered as_it_is(TriangleSoup soup) {
 }
 
 Ordered along_curve(TriangleSoup soup) {
-    const bool sortable = std::all_of(soup.points.begin(), soup.points.end(), [](const Eigen::Vector3d& p) { return (p.array().abs() < kLargest).all(); });
+    const bool sortable = std::all_of(soup.points.begin(), soup.points.end(),
+                                      [](const Eigen::Vector3d& p) { return (p.array().abs() < kLargest).all(); });
     if (!sortable) return as_it_is(std::move(soup));
     Ordered ordered;
     Eigen::AlignedBox3d box;
@@ -81,7 +82,8 @@ Ordered along_curve(TriangleSoup soup) {
     for (int& v : soup.required.vertices) v = point[v];
     for (std::array<int, 2>& edge : soup.required.edges) edge = {point[edge[0]], point[edge[1]]};
 
-    ordered.triangle_source = order_by(soup.triangles, [](const Triangle& t) { return int{*std::min_element(t.begin(), t.end())}; });
+    ordered.triangle_source =
+        order_by(soup.triangles, [](const Triangle& t) { return int{*std::min_element(t.begin(), t.end())}; });
     const std::vector<int> triangle = places_in(ordered.triangle_source);
     reorder(soup.triangles, ordered.triangle_source);
     if (!soup.labels.empty()) reorder(soup.labels, ordered.triangle_source);

@@ -63,7 +63,8 @@ std::vector<int> close_places(const Points& points, const std::vector<char>& use
             if (found == stay.end()) continue;
             for (const int other : found->second) {
                 const double d = (points[other] - points[i]).norm();
-                const bool closer = place[i] == kNone ? d <= closest : d < closest || (d == closest && other < place[i]);
+                const bool closer =
+                    place[i] == kNone ? d <= closest : d < closest || (d == closest && other < place[i]);
                 if (closer) closest = d, place[i] = other;
             }
         }

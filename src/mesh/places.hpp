@@ -14,7 +14,8 @@ Points to_unit_box(const Points& points, const std::vector<char>& used);
 /// The first vertex at the place of each, by coordinates; -1 for those not used.
 std::vector<int> equal_places(const Points& points, const std::vector<char>& used);
 
-/// The closest earlier vertex that stays, if within a distance; else the vertex itself, which then stays; -1 for those not used.
+/// The closest earlier vertex that stays, if within a distance; else the vertex itself, which then stays; -1 for those
+/// not used.
 /// @param points     in [-1, 1]
 /// @param tolerance  the distance, as a fraction of the diagonal of the bounding box
 std::vector<int> close_places(const Points& points, const std::vector<char>& used, double tolerance);

@@ -5,7 +5,8 @@
 namespace gradus::exact {
 namespace {
 
-int orient3d_exact(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, const Eigen::Vector3d& d) {
+int orient3d_exact(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                   const Eigen::Vector3d& d) {
     const Difference ax = difference(a.x(), d.x()), ay = difference(a.y(), d.y()), az = difference(a.z(), d.z());
     const Difference bx = difference(b.x(), d.x()), by = difference(b.y(), d.y()), bz = difference(b.z(), d.z());
     const Difference cx = difference(c.x(), d.x()), cy = difference(c.y(), d.y()), cz = difference(c.z(), d.z());
@@ -24,7 +25,8 @@ int orient3d(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Ve
     const double cx = c.x() - d.x(), cy = c.y() - d.y(), cz = c.z() - d.z();
     const double bxcy = bx * cy, cxby = cx * by, cxay = cx * ay, axcy = ax * cy, axby = ax * by, bxay = bx * ay;
     const double det = az * (bxcy - cxby) + bz * (cxay - axcy) + cz * (axby - bxay);
-    const double permanent = std::abs(az) * (std::abs(bxcy) + std::abs(cxby)) + std::abs(bz) * (std::abs(cxay) + std::abs(axcy)) +
+    const double permanent = std::abs(az) * (std::abs(bxcy) + std::abs(cxby)) +
+                             std::abs(bz) * (std::abs(cxay) + std::abs(axcy)) +
                              std::abs(cz) * (std::abs(axby) + std::abs(bxay));
     constexpr double kBound = 7.771561172376103e-16;  // (7 + 56 u) u, u = 2^-53 [Shewchuk 1997]
     if (det > kBound * permanent) return 1;

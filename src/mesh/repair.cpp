@@ -35,7 +35,9 @@ struct Piece {
     int source;         ///< triangle of the input
     bool alive = true;
 
-    bool has_repeated_place() const { return places[0] == places[1] || places[1] == places[2] || places[2] == places[0]; }
+    bool has_repeated_place() const {
+        return places[0] == places[1] || places[1] == places[2] || places[2] == places[0];
+    }
 };
 
 /// Collects what was done, by kind.
@@ -61,7 +63,8 @@ Triangle key_of(const Piece& piece) {
 
 Edge sorted(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
-// Triangles --------------------------------------------------------------------------------------------------------------
+// Triangles
+// --------------------------------------------------------------------------------------------------------------
 
 std::vector<Piece> usable_triangles(const TriangleSoup& soup, Log& log) {
     const int n = static_cast<int>(soup.points.size());
@@ -69,9 +72,12 @@ std::vector<Piece> usable_triangles(const TriangleSoup& soup, Log& log) {
     pieces.reserve(soup.triangles.size());
     for (int t = 0; t < static_cast<int>(soup.triangles.size()); ++t) {
         const Triangle& v = soup.triangles[t];
-        if (std::any_of(v.begin(), v.end(), [&](int i) { return i < 0 || i >= n; })) log.add(RepairKind::OutOfRange, {t});
-        else if (!std::all_of(v.begin(), v.end(), [&](int i) { return soup.points[i].allFinite(); })) log.add(RepairKind::BadNumbers, {t});
-        else pieces.push_back({v, v, t});
+        if (std::any_of(v.begin(), v.end(), [&](int i) { return i < 0 || i >= n; }))
+            log.add(RepairKind::OutOfRange, {t});
+        else if (!std::all_of(v.begin(), v.end(), [&](int i) { return soup.points[i].allFinite(); }))
+            log.add(RepairKind::BadNumbers, {t});
+        else
+            pieces.push_back({v, v, t});
     }
     return pieces;
 }
@@ -90,8 +96,8 @@ void drop_repeated(std::vector<Piece>& pieces, Log& log) {
     });
 }
 
-// Copies are dropped, but where they may be of two closed parts that lie against each other, if these are to stay: there they face opposite
-// ways, and each edge has an even number of triangles with both of them.
+// Copies are dropped, but where they may be of two closed parts that lie against each other, if these are to stay:
+// there they face opposite ways, and each edge has an even number of triangles with both of them.
 void drop_copies(std::vector<Piece>& pieces, bool parts_may_touch, Log& log) {
     std::vector<Edge> sides;
     if (parts_may_touch)
@@ -127,7 +133,8 @@ void drop_copies(std::vector<Piece>& pieces, bool parts_may_touch, Log& log) {
     std::erase_if(pieces, [](const Piece& piece) { return !piece.alive; });
 }
 
-// Flat triangles ---------------------------------------------------------------------------------------------------------
+// Flat triangles
+// ---------------------------------------------------------------------------------------------------------
 
 /// Step 5. Longest sides go first: what comes of them is shorter.
 class FlatResolver {
@@ -155,15 +162,18 @@ class FlatResolver {
             waiting_.pop();
             if (!is_flat(i)) continue;
             if (budget-- == 0) return false;
-            if (const auto side = vanishing_side(i)) lose_side(i, *side);
-            else split_across(i);
+            if (const auto side = vanishing_side(i))
+                lose_side(i, *side);
+            else
+                split_across(i);
         }
         return true;
     }
 
     std::vector<Piece> take_pieces() {
         std::erase_if(pieces_, [](const Piece& piece) { return !piece.alive; });
-        std::stable_sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.source < b.source; });
+        std::stable_sort(pieces_.begin(), pieces_.end(),
+                         [](const Piece& a, const Piece& b) { return a.source < b.source; });
         return std::move(pieces_);
     }
     /// The place that a place has become.
@@ -184,7 +194,8 @@ class FlatResolver {
     bool is_low(int i) const {
         const auto& [a, b, c] = pieces_[i].places;
         const Eigen::Vector3d u = unit_[b] - unit_[a], v = unit_[c] - unit_[a];
-        return flatness_ > 0 && u.cross(v).norm() <= flatness_ * std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()});
+        return flatness_ > 0 &&
+               u.cross(v).norm() <= flatness_ * std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()});
     }
     // Whether it does not go on straight where one triangle is across its longest side.
     bool bends_away(int i) const {
@@ -199,19 +210,24 @@ class FlatResolver {
         bool bends = false;
         for (const int other : around_[a]) {
             const Triangle& places = pieces_[other].places;
-            if (other == i || !pieces_[other].alive || std::find(places.begin(), places.end(), b) == places.end()) continue;
-            const int apex = *std::find_if(places.begin(), places.end(), [&](int place) { return place != a && place != b; });
+            if (other == i || !pieces_[other].alive || std::find(places.begin(), places.end(), b) == places.end())
+                continue;
+            const int apex =
+                *std::find_if(places.begin(), places.end(), [&](int place) { return place != a && place != b; });
             bends = off(apex).dot(off(pieces_[i].places[(k + 2) % 3])) > -kGoesOn;
             ++others;
         }
         return others == 1 && bends;
     }
     bool is_flat(int i) const { return pieces_[i].alive && (is_on_line(i) || (is_low(i) && bends_away(i))); }
-    std::tuple<double, double, double> coordinates(int place) const { return {points_[place].x(), points_[place].y(), points_[place].z()}; }
+    std::tuple<double, double, double> coordinates(int place) const {
+        return {points_[place].x(), points_[place].y(), points_[place].z()};
+    }
     /// Sides by length; ties by the coordinates of the ends, not by their numbers.
     auto side_key(int i, int k) const {
         const int a = pieces_[i].places[k], b = pieces_[i].places[(k + 1) % 3];
-        return std::tuple((unit_[a] - unit_[b]).norm(), std::min(coordinates(a), coordinates(b)), std::max(coordinates(a), coordinates(b)));
+        return std::tuple((unit_[a] - unit_[b]).norm(), std::min(coordinates(a), coordinates(b)),
+                          std::max(coordinates(a), coordinates(b)));
     }
     int shortest_side(int i) const {
         return std::min({0, 1, 2}, [&](int k, int m) { return side_key(i, k) < side_key(i, m); });
@@ -240,7 +256,8 @@ class FlatResolver {
     std::optional<int> vanishing_side(int i) const {
         const int k = shortest_side(i);
         const Triangle& places = pieces_[i].places;
-        const double largest = std::max(unit_[places[k]].cwiseAbs().maxCoeff(), unit_[places[(k + 1) % 3]].cwiseAbs().maxCoeff());
+        const double largest =
+            std::max(unit_[places[k]].cwiseAbs().maxCoeff(), unit_[places[(k + 1) % 3]].cwiseAbs().maxCoeff());
         if (std::get<0>(side_key(i, k)) > kRoundingOfProducts * largest) return {};
         return k;
     }
@@ -314,7 +331,7 @@ class FlatResolver {
     const Points& unit_;
     std::vector<Piece> pieces_;
     std::vector<int> merged_;
-    double flatness_;                              // into which place
+    double flatness_;                                      // into which place
     std::vector<std::vector<int>> around_;                 // pieces at a place, with some that left it
     std::priority_queue<std::pair<double, int>> waiting_;  // longest side
     std::map<Triangle, int> flats_;                        // the latest piece with these places
@@ -322,7 +339,8 @@ class FlatResolver {
     std::vector<std::vector<int>> items_;
 };
 
-// The result -------------------------------------------------------------------------------------------------------------
+// The result
+// -------------------------------------------------------------------------------------------------------------
 
 /// Vertices of the result for the fans of triangles.
 struct Vertices {
@@ -384,12 +402,14 @@ std::vector<Image> edge_images(const std::vector<Piece>& pieces, const Vertices&
     for (int i = 0; i < static_cast<int>(pieces.size()); ++i)
         for (int k = 0; k < 3; ++k) {
             const int m = (k + 1) % 3;
-            Edge input{pieces[i].vertices[k], pieces[i].vertices[m]}, result{vertices.of_corner[3 * i + k], vertices.of_corner[3 * i + m]};
+            Edge input{pieces[i].vertices[k], pieces[i].vertices[m]},
+                result{vertices.of_corner[3 * i + k], vertices.of_corner[3 * i + m]};
             if (input[1] < input[0]) std::swap(input[0], input[1]), std::swap(result[0], result[1]);
             images.push_back({input, result, 3 * i + k});
         }
-    std::sort(images.begin(), images.end(),
-              [](const Image& a, const Image& b) { return std::tie(a.input, a.result, a.side) < std::tie(b.input, b.result, b.side); });
+    std::sort(images.begin(), images.end(), [](const Image& a, const Image& b) {
+        return std::tie(a.input, a.result, a.side) < std::tie(b.input, b.result, b.side);
+    });
     return images;
 }
 
@@ -401,15 +421,18 @@ void log_cuts(const std::vector<Piece>& pieces, const Vertices& vertices, const 
         while (last < images.size() && images[last].input == images[first].input) ++last;
         if (images[last - 1].result == images[first].result) continue;
         const Edge& edge = images[first].input;
-        log.add(crowded[images[first].side] ? RepairKind::NonManifoldEdges : RepairKind::OneSidedEdges, {edge[0], edge[1]});
+        log.add(crowded[images[first].side] ? RepairKind::NonManifoldEdges : RepairKind::OneSidedEdges,
+                {edge[0], edge[1]});
         for (const int v : edge) explained[v] = 1;
     }
     std::vector<int> image(num_points, kNone);
     std::vector<char> several(num_points, 0);
     for (int corner = 0; corner < static_cast<int>(vertices.of_corner.size()); ++corner) {
         const int v = pieces[corner / 3].vertices[corner % 3];
-        if (image[v] == kNone) image[v] = vertices.of_corner[corner];
-        else if (image[v] != vertices.of_corner[corner]) several[v] = 1;
+        if (image[v] == kNone)
+            image[v] = vertices.of_corner[corner];
+        else if (image[v] != vertices.of_corner[corner])
+            several[v] = 1;
     }
     for (int v = 0; v < static_cast<int>(num_points); ++v)
         if (several[v] && !explained[v]) log.add(RepairKind::NonManifoldVertices, {v});
@@ -418,8 +441,8 @@ void log_cuts(const std::vector<Piece>& pieces, const Vertices& vertices, const 
 /// What goes along with the vertices: feature edges, corners, required elements, parameters.
 class Followers {
   public:
-    Followers(const TriangleSoup& from, const std::vector<Piece>& pieces, const std::vector<int>& place, const Vertices& vertices,
-              const std::vector<Image>& images, const std::map<Edge, int>& splits, Log& log)
+    Followers(const TriangleSoup& from, const std::vector<Piece>& pieces, const std::vector<int>& place,
+              const Vertices& vertices, const std::vector<Image>& images, const std::map<Edge, int>& splits, Log& log)
         : from_(from),
           pieces_(pieces),
           place_(place),
@@ -488,7 +511,8 @@ class Followers {
     void follow_required_triangles(std::vector<int>& to) {
         if (from_.required.triangles.empty()) return;
         std::map<Triangle, std::array<int, 2>> pieces;  // by their places: the first, and the triangle that took it
-        for (int i = 0; i < static_cast<int>(pieces_.size()); ++i) pieces.emplace(key_of(pieces_[i]), std::array{i, kNone});
+        for (int i = 0; i < static_cast<int>(pieces_.size()); ++i)
+            pieces.emplace(key_of(pieces_[i]), std::array{i, kNone});
         for (const int t : from_.required.triangles) {
             if (t < 0 || t >= static_cast<int>(from_.triangles.size())) {
                 log_.add(RepairKind::LostFeatures, {t});
@@ -516,11 +540,13 @@ class Followers {
         return of_vertex_[v].empty() ? of_place_[place_[v]] : of_vertex_[v];
     }
 
-    /// @param halved  edges that were, by their places: where points lie on lines to rounding only, splits of splits may come back
+    /// @param halved  edges that were, by their places: where points lie on lines to rounding only, splits of splits
+    /// may come back
     std::vector<Edge> edge_images(const Edge& edge, std::set<Edge>& halved) const {
         const auto key = sorted(edge[0], edge[1]);
         std::vector<Edge> result;
-        auto image = std::lower_bound(images_.begin(), images_.end(), key, [](const Image& a, const Edge& b) { return a.input < b; });
+        auto image = std::lower_bound(images_.begin(), images_.end(), key,
+                                      [](const Image& a, const Edge& b) { return a.input < b; });
         for (; image != images_.end() && image->input == key; ++image) {
             const Edge found = edge[0] == key[0] ? image->result : Edge{image->result[1], image->result[0]};
             if (result.empty() || result.back() != found) result.push_back(found);
@@ -548,8 +574,10 @@ class Followers {
 
 void log_vertices(const TriangleSoup& soup, const std::vector<int>& place, const Vertices& vertices, Log& log) {
     for (int v = 0; v < static_cast<int>(soup.points.size()); ++v) {
-        if (place[v] == kNone) log.add(RepairKind::UnusedVertices, {v});
-        else if (place[v] == v && !vertices.kept[v]) log.add(RepairKind::UnusedVertices, {v});
+        if (place[v] == kNone)
+            log.add(RepairKind::UnusedVertices, {v});
+        else if (place[v] == v && !vertices.kept[v])
+            log.add(RepairKind::UnusedVertices, {v});
         else if (place[v] != v && (!vertices.kept[v] || soup.points[v] != soup.points[place[v]]))
             log.add(RepairKind::WeldedVertices, {place[v], v});
     }
@@ -591,9 +619,9 @@ std::string what_was_done(RepairKind kind) {
 
 namespace {
 
-constexpr double kTwins = 4;          // roundings of the coordinates that twins are apart
-constexpr double kFarBelow = 1e-3;    // of the edges
-constexpr double kGap = 1e-4;         // height of slivers that hold gaps, over their length
+constexpr double kTwins = 4;             // roundings of the coordinates that twins are apart
+constexpr double kFarBelow = 1e-3;       // of the edges
+constexpr double kGap = 1e-4;            // height of slivers that hold gaps, over their length
 constexpr double kShortestEdges = 0.05;  // share of the edges that count for nothing
 
 double diagonal_of(const Points& points, const std::vector<char>& used) {
@@ -649,7 +677,8 @@ double tolerance_of(const OpenSoup& soup) {
     std::vector<double> lengths;
     for (const OpenEdge& e : soup.edges) lengths.push_back((soup.points[e.ends[1]] - soup.points[e.ends[0]]).norm());
     if (lengths.empty() || !(soup.diagonal > 0)) return 0;
-    const auto short_one = lengths.begin() + static_cast<std::ptrdiff_t>(kShortestEdges * static_cast<double>(lengths.size() - 1));
+    const auto short_one =
+        lengths.begin() + static_cast<std::ptrdiff_t>(kShortestEdges * static_cast<double>(lengths.size() - 1));
     std::nth_element(lengths.begin(), short_one, lengths.end());
     return std::min(0.1, std::max(kFarBelow * *short_one, roundings_of(soup)) / soup.diagonal);
 }
@@ -658,7 +687,9 @@ double tolerance_of(const OpenSoup& soup) {
 
 double tolerance_of(const TriangleSoup& soup) { return tolerance_of(OpenSoup(soup)); }
 
-RepairOptions default_repair(const TriangleSoup& soup) { return {.weld_tolerance = tolerance_of(soup), .only_open = true, .flatness = kGap}; }
+RepairOptions default_repair(const TriangleSoup& soup) {
+    return {.weld_tolerance = tolerance_of(soup), .only_open = true, .flatness = kGap};
+}
 
 Cracks find_cracks(const TriangleSoup& soup) {
     const OpenSoup open_soup(soup);
@@ -673,7 +704,8 @@ Cracks find_cracks(const TriangleSoup& soup) {
     for (int v = 0; v < std::ssize(place); ++v) cracks.twins += open[v] && place[v] != v;
     std::vector<Triangle> places;
     for (const Triangle& t : open_soup.triangles)
-        if (const Triangle p{place[t[0]], place[t[1]], place[t[2]]}; p[0] != p[1] && p[1] != p[2] && p[2] != p[0]) places.push_back(p);
+        if (const Triangle p{place[t[0]], place[t[1]], place[t[2]]}; p[0] != p[1] && p[1] != p[2] && p[2] != p[0])
+            places.push_back(p);
     for (const Junctions& found : find_junctions(unit, places, tolerance * diagonal_of(unit, open_soup.used)))
         cracks.junctions += static_cast<int>(found.vertices.size());
     return cracks;
@@ -683,7 +715,8 @@ int weld_roundings(TriangleSoup& soup) {
     const OpenSoup open_soup(soup);
     if (!(open_soup.diagonal > 0) || open_soup.edges.empty()) return 0;
     const std::vector<char>& used = open_soup.used;
-    const std::vector<int> place = places_at_open_edges(open_soup, to_unit_box(soup.points, used), roundings_of(open_soup) / open_soup.diagonal);
+    const std::vector<int> place =
+        places_at_open_edges(open_soup, to_unit_box(soup.points, used), roundings_of(open_soup) / open_soup.diagonal);
     std::vector<int> number(soup.points.size(), kNone);
     Points kept;
     int gone = 0;
@@ -708,7 +741,8 @@ namespace {
 // Splits open edges at the vertices within them.
 // @param splits  the first vertex of an edge
 // @returns whether there are such
-bool join_junctions(const Points& unit, double distance, std::vector<Piece>& pieces, std::map<Edge, int>& splits, Log& log) {
+bool join_junctions(const Points& unit, double distance, std::vector<Piece>& pieces, std::map<Edge, int>& splits,
+                    Log& log) {
     std::vector<Triangle> places;
     for (const Piece& piece : pieces) places.push_back(piece.places);
     const std::vector<Junctions> found = find_junctions(unit, places, distance);
@@ -725,8 +759,11 @@ bool join_junctions(const Points& unit, double distance, std::vector<Piece>& pie
         int last = edge[0];  // what is left of the triangle goes from here to the other end
         for (const int v : vertices) {
             const int i = piece_at.at(edge);
-            const auto index_of = [&](int place) { return std::find(pieces[i].places.begin(), pieces[i].places.end(), place) - pieces[i].places.begin(); };
-            const auto from = static_cast<std::size_t>(index_of(last)), to = static_cast<std::size_t>(index_of(edge[1]));
+            const auto index_of = [&](int place) {
+                return std::find(pieces[i].places.begin(), pieces[i].places.end(), place) - pieces[i].places.begin();
+            };
+            const auto from = static_cast<std::size_t>(index_of(last)),
+                       to = static_cast<std::size_t>(index_of(edge[1]));
             log.add(RepairKind::SplitEdges, {v, pieces[i].vertices[from], pieces[i].vertices[to]});
             splits.emplace(sorted(last, edge[1]), v);
             Piece cut_off = pieces[i];
@@ -742,7 +779,8 @@ bool join_junctions(const Points& unit, double distance, std::vector<Piece>& pie
 }
 
 // A place is where its first vertex is that is to stay where it is, if there is one.
-void stay_at_required(const RequiredElements& required, const std::vector<Triangle>& triangles, std::vector<int>& place) {
+void stay_at_required(const RequiredElements& required, const std::vector<Triangle>& triangles,
+                      std::vector<int>& place) {
     std::vector<int> stays = required.vertices;
     for (const std::array<int, 2>& e : required.edges) stays.insert(stays.end(), e.begin(), e.end());
     for (const int t : required.triangles) stays.insert(stays.end(), triangles[t].begin(), triangles[t].end());
@@ -756,7 +794,8 @@ void stay_at_required(const RequiredElements& required, const std::vector<Triang
 
 Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, bool parts_may_touch) {
     if (!(options.weld_tolerance >= 0 && options.weld_tolerance <= 0.1))
-        throw std::invalid_argument("repair: weld tolerance " + std::to_string(options.weld_tolerance) + " is not in [0, 0.1]");
+        throw std::invalid_argument("repair: weld tolerance " + std::to_string(options.weld_tolerance) +
+                                    " is not in [0, 0.1]");
     if (!soup.labels.empty() && soup.labels.size() != soup.triangles.size())
         throw std::invalid_argument("repair: " + std::to_string(soup.labels.size()) + " labels for " +
                                     std::to_string(soup.triangles.size()) + " triangles");
@@ -765,9 +804,12 @@ Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, boo
     const std::vector<char> used = used_vertices(pieces, soup.points.size());
     const Points unit = to_unit_box(soup.points, used);
     std::vector<int> place;
-    if (options.weld_tolerance == 0) place = equal_places(soup.points, used);
-    else if (options.only_open) place = places_at_open_edges(OpenSoup(soup), unit, options.weld_tolerance);
-    else place = close_places(unit, used, options.weld_tolerance);
+    if (options.weld_tolerance == 0)
+        place = equal_places(soup.points, used);
+    else if (options.only_open)
+        place = places_at_open_edges(OpenSoup(soup), unit, options.weld_tolerance);
+    else
+        place = close_places(unit, used, options.weld_tolerance);
     stay_at_required(soup.required, soup.triangles, place);
     for (Piece& piece : pieces)
         for (int& corner : piece.places) corner = place[corner];
@@ -777,7 +819,8 @@ Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, boo
     // What one step drops may open an edge for the other.
     std::map<Edge, int> splits;
     for (bool changes = true; changes;) {
-        changes = options.weld_tolerance > 0 && join_junctions(unit, options.weld_tolerance * diagonal_of(unit, used), pieces, splits, log);
+        changes = options.weld_tolerance > 0 &&
+                  join_junctions(unit, options.weld_tolerance * diagonal_of(unit, used), pieces, splits, log);
         FlatResolver flats(soup.points, unit, pieces, options.flatness);
         if (flats.resolve() && !flats.items().empty()) {
             changes = options.weld_tolerance > 0;
@@ -812,7 +855,8 @@ Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, boo
         Triangle triangle{vertices.of_corner[3 * i], vertices.of_corner[3 * i + 1], vertices.of_corner[3 * i + 2]};
         if (sheets.turned[i]) {
             std::swap(triangle[1], triangle[2]);
-            if (std::exchange(last_turned, pieces[i].source) != pieces[i].source) log.add(RepairKind::TurnedTriangles, {pieces[i].source});
+            if (std::exchange(last_turned, pieces[i].source) != pieces[i].source)
+                log.add(RepairKind::TurnedTriangles, {pieces[i].source});
         }
         result.soup.triangles.push_back(triangle);
         result.triangle_source.push_back(pieces[i].source);
@@ -857,7 +901,8 @@ std::vector<Field> follow(std::span<const Field> fields, std::span<const int> so
         for (const int item : source) {
             const std::size_t first = n * static_cast<std::size_t>(item);
             if (item < 0 || first + n > field.values.size())
-                throw std::invalid_argument("follow: field '" + field.name + "' has no values for " + std::to_string(item));
+                throw std::invalid_argument("follow: field '" + field.name + "' has no values for " +
+                                            std::to_string(item));
             to.values.insert(to.values.end(), field.values.begin() + static_cast<std::ptrdiff_t>(first),
                              field.values.begin() + static_cast<std::ptrdiff_t>(first + n));
         }
@@ -904,7 +949,8 @@ std::string summary(const std::vector<RepairStep>& steps) {
         text += std::to_string(step.items.count) + " " + what_was_done(step.kind) + ":";
         for (std::size_t i = 0; i < std::min(kNamed, step.items.first.size()); ++i) {
             std::string item;
-            for (const int index : step.items.first[i]) item.append(item.empty() ? "" : "-").append(std::to_string(index));
+            for (const int index : step.items.first[i])
+                item.append(item.empty() ? "" : "-").append(std::to_string(index));
             text += " " + item;
         }
         text += step.items.count > kNamed ? " ...\n" : "\n";

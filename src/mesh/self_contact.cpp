@@ -43,8 +43,8 @@ bool segments_meet(const Vector& p, const Vector& q, const Vector& a, const Vect
     const int pa = orient2d(a, b, p, axis), qa = orient2d(a, b, q, axis);
     const int ap = orient2d(p, q, a, axis), bp = orient2d(p, q, b, axis);
     if (pa * qa < 0 && ap * bp < 0) return true;
-    return (pa == 0 && on_segment(p, a, b, axis)) || (qa == 0 && on_segment(q, a, b, axis)) || (ap == 0 && on_segment(a, p, q, axis)) ||
-           (bp == 0 && on_segment(b, p, q, axis));
+    return (pa == 0 && on_segment(p, a, b, axis)) || (qa == 0 && on_segment(q, a, b, axis)) ||
+           (ap == 0 && on_segment(a, p, q, axis)) || (bp == 0 && on_segment(b, p, q, axis));
 }
 
 bool in_face(const Vector& p, const Face& f) {
@@ -86,7 +86,8 @@ bool has_no_corner_in_common_and_meets(const Face& f, const Face& g) {
     // A plane between them, to save the exact tests.
     const Vector between = g.corners[0] + g.corners[1] + g.corners[2] - f.corners[0] - f.corners[1] - f.corners[2];
     const auto height = [&](const Vector& p) { return between.dot(p); };
-    if (std::max({height(f.corners[0]), height(f.corners[1]), height(f.corners[2])}) + 4 * kRounding * between.lpNorm<1>() <
+    if (std::max({height(f.corners[0]), height(f.corners[1]), height(f.corners[2])}) +
+            4 * kRounding * between.lpNorm<1>() <
         std::min({height(g.corners[0]), height(g.corners[1]), height(g.corners[2])}))
         return false;
     const Signs of_g = sides_of(f, g, -1);
@@ -95,20 +96,25 @@ bool has_no_corner_in_common_and_meets(const Face& f, const Face& g) {
     if (of_f[0] == of_f[1] && of_f[1] == of_f[2] && of_f[0] != 0) return false;
     for (int k = 0; k < 3; ++k) {
         const int m = (k + 1) % 3;
-        if (meets(g.corners[k], g.corners[m], of_g[k], of_g[m], f) || meets(f.corners[k], f.corners[m], of_f[k], of_f[m], g)) return true;
+        if (meets(g.corners[k], g.corners[m], of_g[k], of_g[m], f) ||
+            meets(f.corners[k], f.corners[m], of_f[k], of_f[m], g))
+            return true;
     }
     return false;
 }
 
-/// What they have in common, with the shared corner, is a segment or an area that ends in the side opposite the corner, of one or the
-/// other.
+/// What they have in common, with the shared corner, is a segment or an area that ends in the side opposite the corner,
+/// of one or the other.
 bool meets_beyond_corner(const Face& f, const Face& g, int i, int k) {
-    const Vector &at = f.corners[i], &fa = f.corners[(i + 1) % 3], &fb = f.corners[(i + 2) % 3], &ga = g.corners[(k + 1) % 3],
-                 &gb = g.corners[(k + 2) % 3];
+    const Vector &at = f.corners[i], &fa = f.corners[(i + 1) % 3], &fb = f.corners[(i + 2) % 3],
+                 &ga = g.corners[(k + 1) % 3], &gb = g.corners[(k + 2) % 3];
     // A plane through the corner between them, to save the exact tests.
     const Vector a = fa - at, b = fb - at, c = ga - at, d = gb - at;
-    const Vector between = (a.normalized() + b.normalized()).normalized() - (c.normalized() + d.normalized()).normalized();
-    const auto above = [&](const Vector& u) { return between.dot(u) > kRounding * between.cwiseAbs().dot(u.cwiseAbs()); };
+    const Vector between =
+        (a.normalized() + b.normalized()).normalized() - (c.normalized() + d.normalized()).normalized();
+    const auto above = [&](const Vector& u) {
+        return between.dot(u) > kRounding * between.cwiseAbs().dot(u.cwiseAbs());
+    };
     if (above(a) && above(b) && above(-c) && above(-d)) return false;
     const Signs of_g = sides_of(f, g, k);
     const int sign_ga = of_g[(k + 1) % 3], sign_gb = of_g[(k + 2) % 3];
@@ -151,9 +157,12 @@ struct Box {
     Vector low, high;
 
     static Box of(const Face& f) {
-        return {f.corners[0].cwiseMin(f.corners[1]).cwiseMin(f.corners[2]), f.corners[0].cwiseMax(f.corners[1]).cwiseMax(f.corners[2])};
+        return {f.corners[0].cwiseMin(f.corners[1]).cwiseMin(f.corners[2]),
+                f.corners[0].cwiseMax(f.corners[1]).cwiseMax(f.corners[2])};
     }
-    bool meets(const Box& other) const { return (low.array() <= other.high.array()).all() && (other.low.array() <= high.array()).all(); }
+    bool meets(const Box& other) const {
+        return (low.array() <= other.high.array()).all() && (other.low.array() <= high.array()).all();
+    }
 };
 
 /// A tree of boxes over faces, which it puts in its order.

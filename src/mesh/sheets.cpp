@@ -23,7 +23,8 @@ int previous(int side) { return side % 3 == 0 ? side + 2 : side - 1; }
 /// All choices are made by triangle index and by geometry, not by the numbers of vertices.
 class Joiner {
   public:
-    Joiner(std::span<const Eigen::Vector3d> points, std::span<const Triangle> places, std::span<const Triangle> vertices)
+    Joiner(std::span<const Eigen::Vector3d> points, std::span<const Triangle> places,
+           std::span<const Triangle> vertices)
         : points_(points), places_(places), vertices_(vertices), partner_(3 * places.size(), kNone) {
         sheets_.turned.assign(places.size(), 0);
         sheets_.crowded.assign(3 * places.size(), 0);
@@ -40,7 +41,8 @@ class Joiner {
         while (part_doubled_edges(fans)) fans = joined_corners();
         turn_outward();
         sheets_.fan.resize(partner_.size());
-        for (int corner = 0; corner < static_cast<int>(partner_.size()); ++corner) sheets_.fan[corner] = fans.find(corner);
+        for (int corner = 0; corner < static_cast<int>(partner_.size()); ++corner)
+            sheets_.fan[corner] = fans.find(corner);
         return std::move(sheets_);
     }
 
@@ -81,14 +83,17 @@ class Joiner {
             const auto [a, b] = std::minmax({start(side), end(side)});
             uses.push_back({static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint64_t>(b), side});
         }
-        std::sort(uses.begin(), uses.end(), [](const Use& x, const Use& y) { return std::tie(x.edge, x.side) < std::tie(y.edge, y.side); });
+        std::sort(uses.begin(), uses.end(),
+                  [](const Use& x, const Use& y) { return std::tie(x.edge, x.side) < std::tie(y.edge, y.side); });
         sides_.reserve(uses.size());
         for (const Use& use : uses) sides_.push_back(use.side);
         for (std::size_t first = 0, last = 0; first < uses.size(); first = last) {
             while (last < uses.size() && uses[last].edge == uses[first].edge) ++last;
             if (last - first < 2) continue;
             std::array<int, 2> ends{start(sides_[first]), end(sides_[first])};
-            const auto key = [&](int place) { return std::tuple(points_[place].x(), points_[place].y(), points_[place].z()); };
+            const auto key = [&](int place) {
+                return std::tuple(points_[place].x(), points_[place].y(), points_[place].z());
+            };
             if (key(ends[1]) < key(ends[0])) std::swap(ends[0], ends[1]);
             edges_.push_back({ends, std::span(sides_).subspan(first, last - first)});
             if (last - first == 2) continue;
@@ -106,7 +111,8 @@ class Joiner {
         std::vector<int> group;
         for (std::size_t first = 0, last = 0; first < sorted.size(); first = last) {
             group.clear();
-            for (; last < sorted.size() && sorted[last].first == sorted[first].first; ++last) group.push_back(sorted[last].second);
+            for (; last < sorted.size() && sorted[last].first == sorted[first].first; ++last)
+                group.push_back(sorted[last].second);
             visit(group);
         }
     }
@@ -114,13 +120,16 @@ class Joiner {
     /// Two sides are one edge; of more, those that the input has made one.
     void join_obvious(const Edge& edge) {
         if (edge.sides.size() == 2) return join(edge.sides[0], edge.sides[1]);
-        const auto key = [&](int side) { return std::pair(vertex_at(side, edge.ends[0]), vertex_at(side, edge.ends[1])); };
+        const auto key = [&](int side) {
+            return std::pair(vertex_at(side, edge.ends[0]), vertex_at(side, edge.ends[1]));
+        };
         for_each_group(edge.sides, key, [&](const std::vector<int>& group) {
             if (group.size() == 2) join(group[0], group[1]);
         });
     }
 
-    /// Turns triangles until those joined agree, and parts those that cannot. What agrees as given is followed first, so it stays.
+    /// Turns triangles until those joined agree, and parts those that cannot. What agrees as given is followed first,
+    /// so it stays.
     void orient() {
         enum Order { Joined, Agreeing, Opposed };
         std::array<std::deque<int>, 3> waiting;  // sides of triangles reached
@@ -132,7 +141,10 @@ class Joiner {
             for (int side = 3 * t; side < 3 * t + 3; ++side) {
                 const int other = partner_[side];
                 if (other == kNone) continue;
-                waiting[!agree_as_given(side, other) ? Opposed : same_vertices(side, other) ? Joined : Agreeing].push_back(side);
+                waiting[!agree_as_given(side, other) ? Opposed
+                        : same_vertices(side, other) ? Joined
+                                                     : Agreeing]
+                    .push_back(side);
             }
         };
         for (int root = 0; root < static_cast<int>(places_.size()); ++root) {
@@ -140,7 +152,8 @@ class Joiner {
             piece.clear();
             reach(root);
             while (true) {
-                const auto some = std::find_if(waiting.begin(), waiting.end(), [](const auto& queue) { return !queue.empty(); });
+                const auto some =
+                    std::find_if(waiting.begin(), waiting.end(), [](const auto& queue) { return !queue.empty(); });
                 if (some == waiting.end()) break;
                 const int side = some->front();
                 some->pop_front();
@@ -160,7 +173,8 @@ class Joiner {
         }
     }
 
-    // Edges of three triangles and more ----------------------------------------------------------------------------------
+    // Edges of three triangles and more
+    // ----------------------------------------------------------------------------------
 
     struct Leaf {
         int side;
@@ -175,7 +189,8 @@ class Joiner {
         constexpr std::size_t kMostLeaves = 100;
         if (edge.sides.size() > kMostLeaves) return;
         std::vector<Leaf> leaves;
-        const Eigen::Vector3d origin = points_[edge.ends[0]], axis = (points_[edge.ends[1]] - origin).stableNormalized();
+        const Eigen::Vector3d origin = points_[edge.ends[0]],
+                              axis = (points_[edge.ends[1]] - origin).stableNormalized();
         Eigen::Vector3d x, y;
         for (const int side : edge.sides) {
             if (partner_[side] != kNone) continue;
@@ -193,7 +208,9 @@ class Joiner {
     bool join_solids(const std::vector<Leaf>& given) {
         std::vector<Leaf> leaves = given;
         // Of two that lie on each other the forward one first: between them is no inside, but where two solids touch.
-        std::stable_sort(leaves.begin(), leaves.end(), [](const Leaf& a, const Leaf& b) { return std::pair(a.angle, !a.forward) < std::pair(b.angle, !b.forward); });
+        std::stable_sort(leaves.begin(), leaves.end(), [](const Leaf& a, const Leaf& b) {
+            return std::pair(a.angle, !a.forward) < std::pair(b.angle, !b.forward);
+        });
         for (std::size_t i = 0; i < leaves.size(); ++i)
             if (leaves[i].forward == leaves[(i + 1) % leaves.size()].forward) return false;
         // The normal of a forward leaf points to larger angles, so the inside is below it.
@@ -202,8 +219,8 @@ class Joiner {
         return true;
     }
 
-    /// Joins the two leaves that belong together best, and takes them out, unless they are oriented differently: leaves of one piece, that
-    /// it may stay whole, before others, and those that continue each other straightest.
+    /// Joins the two leaves that belong together best, and takes them out, unless they are oriented differently: leaves
+    /// of one piece, that it may stay whole, before others, and those that continue each other straightest.
     /// @returns whether it did
     bool join_straightest(std::vector<Leaf>& leaves) {
         const auto rank = [&](std::size_t i, std::size_t k) {
@@ -228,19 +245,21 @@ class Joiner {
         return pieces;
     }
 
-    // Fans ---------------------------------------------------------------------------------------------------------------
+    // Fans
+    // ---------------------------------------------------------------------------------------------------------------
 
     DisjointSets joined_corners() const {
         DisjointSets fans(partner_.size());
         for (const Edge& edge : edges_)
             for (const int side : edge.sides)
                 if (partner_[side] > side)
-                    for (const int place : edge.ends) fans.unite(corner_at(side, place), corner_at(partner_[side], place));
+                    for (const int place : edge.ends)
+                        fans.unite(corner_at(side, place), corner_at(partner_[side], place));
         return fans;
     }
 
-    /// Sides that are not joined but whose ends are, both, by way of other triangles, would still be one edge: joins them where they are
-    /// two and agree; else frees the triangles there at one end, all but one pair.
+    /// Sides that are not joined but whose ends are, both, by way of other triangles, would still be one edge: joins
+    /// them where they are two and agree; else frees the triangles there at one end, all but one pair.
     /// @returns whether some were freed; each time there is less to part
     bool part_doubled_edges(DisjointSets& fans) {
         std::vector<int> freed;  // corners
@@ -252,7 +271,8 @@ class Joiner {
             for_each_group(edge.sides, key, [&](const std::vector<int>& group) {
                 if (group.size() < 2 || (group.size() == 2 && partner_[group[0]] == group[1])) return;
                 if (group.size() == 2 && agree(group[0], group[1])) return join(group[0], group[1]);
-                const auto paired = std::find_if(group.begin(), group.end(), [&](int side) { return partner_[side] != kNone; });
+                const auto paired =
+                    std::find_if(group.begin(), group.end(), [&](int side) { return partner_[side] != kNone; });
                 const int kept = paired != group.end() ? *paired : group[0];
                 for (const int side : group)
                     if (side != kept && side != partner_[kept]) freed.push_back(corner_at(side, edge.ends[0]));
@@ -262,7 +282,8 @@ class Joiner {
         return !freed.empty();
     }
 
-    // Outside ------------------------------------------------------------------------------------------------------------
+    // Outside
+    // ------------------------------------------------------------------------------------------------------------
 
     /// Turns closed pieces whose triangles did not agree as given, where they enclose a negative volume.
     void turn_outward() {
@@ -300,7 +321,8 @@ class Joiner {
 bool is_settled(const Sheets& sheets, std::span<const Triangle> vertices) {
     if (std::any_of(sheets.turned.begin(), sheets.turned.end(), [](char turned) { return turned != 0; })) return false;
     int num_vertices = 0;
-    for (const Triangle& triangle : vertices) num_vertices = std::max({num_vertices, triangle[0] + 1, triangle[1] + 1, triangle[2] + 1});
+    for (const Triangle& triangle : vertices)
+        num_vertices = std::max({num_vertices, triangle[0] + 1, triangle[1] + 1, triangle[2] + 1});
     std::vector<int> fan_of(static_cast<std::size_t>(num_vertices), kNone), vertex_of(sheets.fan.size(), kNone);
     for (int corner = 0; corner < static_cast<int>(sheets.fan.size()); ++corner) {
         const int v = vertices[corner / 3][corner % 3], fan = sheets.fan[corner];
@@ -355,11 +377,12 @@ bool same(const Sheets& a, const Sheets& b) { return a.fan == b.fan && a.turned 
 
 }  // namespace
 
-Sheets join_sheets(std::span<const Eigen::Vector3d> points, std::span<const Triangle> places, std::span<const Triangle> vertices) {
+Sheets join_sheets(std::span<const Eigen::Vector3d> points, std::span<const Triangle> places,
+                   std::span<const Triangle> vertices) {
     Sheets sheets = Joiner(points, places, vertices).join();
     if (!sheets.has_cuts || is_settled(sheets, vertices)) return sheets;
-    // Larger pieces stay together better, so the result is joined again until it stays. Very rarely it goes round in a circle; then it is
-    // the least one there. The bound is for the unforeseen.
+    // Larger pieces stay together better, so the result is joined again until it stays. Very rarely it goes round in a
+    // circle; then it is the least one there. The bound is for the unforeseen.
     constexpr int kMostRounds = 200;
     std::map<std::vector<int>, Sheets> seen;
     for (int round = 0; round < kMostRounds; ++round) {

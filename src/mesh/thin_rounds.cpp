@@ -18,8 +18,8 @@ constexpr double kTie = 1e-6;     // relative: two rows of edges are as far from
 
 class Finder {
   public:
-    Finder(std::span<const Vector3d> points, const Connectivity& mesh, const PlanarRegions& regions, const FlatFaces& flats, double height,
-           std::span<const double> width)
+    Finder(std::span<const Vector3d> points, const Connectivity& mesh, const PlanarRegions& regions,
+           const FlatFaces& flats, double height, std::span<const double> width)
         : points_(points), mesh_(mesh), regions_(regions), flats_(flats), height_(height), width_(width) {}
 
     ThinRounds run() {
@@ -38,17 +38,21 @@ class Finder {
         }
         const auto is_passed_over = [&](int region) { return thin[region] > thick[region]; };
         for (const Row& row : rows) {
-            const auto is_whole = [&](const Arm& arm) { return std::all_of(arm.strips.begin(), arm.strips.end(), is_passed_over); };
+            const auto is_whole = [&](const Arm& arm) {
+                return std::all_of(arm.strips.begin(), arm.strips.end(), is_passed_over);
+            };
             if (!is_whole(row.arms[0]) || !is_whole(row.arms[1])) continue;
             (row.is_middle ? found.ridges : found.others).push_back({mesh_.origin(row.edge), mesh_.target(row.edge)});
         }
         if (found.ridges.empty()) return found;
         found.has_triangle.resize(mesh_.num_triangles());
-        for (int t = 0; t < mesh_.num_triangles(); ++t) found.has_triangle[t] = mesh_.is_live_triangle(t) && is_passed_over(regions_.of(t));
+        for (int t = 0; t < mesh_.num_triangles(); ++t)
+            found.has_triangle[t] = mesh_.is_live_triangle(t) && is_passed_over(regions_.of(t));
         std::vector<double> width(regions_.size(), 0);
         for (const Row& row : rows)
             for (const Arm& arm : row.arms)
-                for (const int region : arm.strips) width[region] = std::max(width[region], row.arms[0].width + row.arms[1].width);
+                for (const int region : arm.strips)
+                    width[region] = std::max(width[region], row.arms[0].width + row.arms[1].width);
         join_at_corners(width, found);
         return found;
     }
@@ -67,7 +71,9 @@ class Finder {
         bool is_middle, is_thin;  // thin: the round, if this is its middle
     };
 
-    bool is_part_of_round(double turn, double first_turn) const { return turn * first_turn > 0 && std::abs(turn) <= kSharpestRound; }
+    bool is_part_of_round(double turn, double first_turn) const {
+        return turn * first_turn > 0 && std::abs(turn) <= kSharpestRound;
+    }
 
     // Whether a round ends at an edge: there is a flat face, that itself is no chamfer as thin as such a round.
     bool is_side(int h) const {
@@ -104,9 +110,16 @@ class Finder {
         // So that of two rows as far from the middle all edges choose the same.
         if (other->face < one->face) std::swap(one, other);
         const double width = one->width + other->width, off = one->width - other->width;
-        const auto is_nearer = [&](double there) { return std::abs(off) < std::abs(there) - kTie * width || (std::abs(std::abs(off) - std::abs(there)) <= kTie * width && off > 0); };
-        const bool is_middle = (one->strips.empty() || is_nearer(off - 2 * one->first)) && (other->strips.empty() || is_nearer(off + 2 * other->first));
-        return Row{h, {*one, *other}, is_middle, width <= width_[mesh_.origin(h)] || std::max(one->height, other->height) <= height_};
+        const auto is_nearer = [&](double there) {
+            return std::abs(off) < std::abs(there) - kTie * width ||
+                   (std::abs(std::abs(off) - std::abs(there)) <= kTie * width && off > 0);
+        };
+        const bool is_middle = (one->strips.empty() || is_nearer(off - 2 * one->first)) &&
+                               (other->strips.empty() || is_nearer(off + 2 * other->first));
+        return Row{h,
+                   {*one, *other},
+                   is_middle,
+                   width <= width_[mesh_.origin(h)] || std::max(one->height, other->height) <= height_};
     }
 
     // What is left where thin rounds meet at a corner.
@@ -117,21 +130,25 @@ class Finder {
     };
 
     // All that hangs together with a triangle, of no flat face and no thin round.
-    Patch patch_of(int triangle, std::span<const double> width, const ThinRounds& found, std::vector<char>& seen) const {
+    Patch patch_of(int triangle, std::span<const double> width, const ThinRounds& found,
+                   std::vector<char>& seen) const {
         Patch patch{{triangle}};
         seen[triangle] = 1;
         for (std::size_t i = 0; i < patch.triangles.size(); ++i)
             for (int h = 3 * patch.triangles[i], end = h + 3; h < end; ++h) {
                 const int g = mesh_.twin(h);
-                if (g >= 0 && found.has(g / 3)) patch.widest = std::max(patch.widest, width[regions_.of(g / 3)]);
-                else if (g < 0 || (flats_.of(g / 3) < 0 && std::abs(regions_.turn_at(h)) > kSharpestRound)) patch.is_enclosed = false;
-                else if (flats_.of(g / 3) < 0 && !seen[g / 3]) seen[g / 3] = 1, patch.triangles.push_back(g / 3);
+                if (g >= 0 && found.has(g / 3))
+                    patch.widest = std::max(patch.widest, width[regions_.of(g / 3)]);
+                else if (g < 0 || (flats_.of(g / 3) < 0 && std::abs(regions_.turn_at(h)) > kSharpestRound))
+                    patch.is_enclosed = false;
+                else if (flats_.of(g / 3) < 0 && !seen[g / 3])
+                    seen[g / 3] = 1, patch.triangles.push_back(g / 3);
             }
         return patch;
     }
 
-    // Thin rounds that meet at a corner have facets there that are of none of them, as those of an eighth of a sphere: the ridges go on over its
-    // edges to one vertex.
+    // Thin rounds that meet at a corner have facets there that are of none of them, as those of an eighth of a sphere:
+    // the ridges go on over its edges to one vertex.
     // @param width  of the round that each region is a strip of
     void join_at_corners(std::span<const double> width, ThinRounds& found) const {
         std::vector<char> at_ridge(points_.size(), 0), seen(mesh_.num_triangles(), 0);
@@ -147,7 +164,8 @@ class Finder {
             std::map<int, std::vector<int>> neighbours;
             for (const int piece : patch.triangles) {
                 const Triangle v = mesh_.triangle(piece);
-                for (int k = 0; k < 3; ++k) neighbours[v[k]].insert(neighbours[v[k]].end(), {v[(k + 1) % 3], v[(k + 2) % 3]});
+                for (int k = 0; k < 3; ++k)
+                    neighbours[v[k]].insert(neighbours[v[k]].end(), {v[(k + 1) % 3], v[(k + 2) % 3]});
             }
             std::vector<int> ends;
             for (const auto& [v, others] : neighbours)
@@ -163,7 +181,8 @@ class Finder {
     }
 
     // The edges from some vertices to the one from which the ways to all of them are shortest.
-    std::set<std::array<int, 2>> shortest_star(const std::map<int, std::vector<int>>& neighbours, std::span<const int> ends) const {
+    std::set<std::array<int, 2>> shortest_star(const std::map<int, std::vector<int>>& neighbours,
+                                               std::span<const int> ends) const {
         std::map<int, double> sum;
         std::vector<std::map<int, int>> before(ends.size());  // of each vertex on the way from an end
         for (std::size_t i = 0; i < ends.size(); ++i) {
@@ -184,10 +203,13 @@ class Finder {
                 }
             }
         }
-        const int middle = std::min_element(sum.begin(), sum.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+        const int middle = std::min_element(sum.begin(), sum.end(), [](const auto& a, const auto& b) {
+                               return a.second < b.second;
+                           })->first;
         std::set<std::array<int, 2>> edges;
         for (std::size_t i = 0; i < ends.size(); ++i)
-            for (int v = middle; v != ends[i]; v = before[i].at(v)) edges.insert({std::min(v, before[i].at(v)), std::max(v, before[i].at(v))});
+            for (int v = middle; v != ends[i]; v = before[i].at(v))
+                edges.insert({std::min(v, before[i].at(v)), std::max(v, before[i].at(v))});
         return edges;
     }
 
@@ -201,8 +223,8 @@ class Finder {
 
 }  // namespace
 
-ThinRounds find_thin_rounds(std::span<const Vector3d> points, const Connectivity& mesh, const PlanarRegions& regions, const FlatFaces& flats,
-                            double height, std::span<const double> width) {
+ThinRounds find_thin_rounds(std::span<const Vector3d> points, const Connectivity& mesh, const PlanarRegions& regions,
+                            const FlatFaces& flats, double height, std::span<const double> width) {
     if (flats.empty()) return {};
     return Finder(points, mesh, regions, flats, height, width).run();
 }

@@ -2,7 +2,6 @@
 
 #include "gradus/mesh/connectivity.hpp"
 
-
 namespace gradus {
 
 // Fills the kernel from checked connectivity: several times faster than add_face, which searches for every edge.
@@ -16,8 +15,11 @@ TriMesh make_mesh(std::span<const Eigen::Vector3d> points, std::span<const Trian
     std::vector<OpenMesh::HalfedgeHandle> handle(num_halfedges);
     for (int h = 0; h < num_halfedges; ++h) {
         const int twin = connectivity.twin(h);
-        if (twin >= 0 && twin < h) handle[h] = mesh.opposite_halfedge_handle(handle[twin]);
-        else handle[h] = mesh.new_edge(mesh.vertex_handle(connectivity.origin(h)), mesh.vertex_handle(connectivity.target(h)));
+        if (twin >= 0 && twin < h)
+            handle[h] = mesh.opposite_halfedge_handle(handle[twin]);
+        else
+            handle[h] =
+                mesh.new_edge(mesh.vertex_handle(connectivity.origin(h)), mesh.vertex_handle(connectivity.target(h)));
     }
     std::vector<OpenMesh::HalfedgeHandle> border_from(points.size());  // the border half-edge that leaves a vertex
     for (int h = 0; h < num_halfedges; h += 3) {
@@ -28,7 +30,8 @@ TriMesh make_mesh(std::span<const Eigen::Vector3d> points, std::span<const Trian
             mesh.set_face_handle(handle[e], face);
             mesh.set_next_halfedge_handle(handle[e], handle[Connectivity::next(e)]);
             mesh.set_halfedge_handle(mesh.vertex_handle(connectivity.origin(e)), handle[e]);
-            if (connectivity.twin(e) < 0) border_from[connectivity.target(e)] = mesh.opposite_halfedge_handle(handle[e]);
+            if (connectivity.twin(e) < 0)
+                border_from[connectivity.target(e)] = mesh.opposite_halfedge_handle(handle[e]);
         }
     }
     for (std::size_t v = 0; v < points.size(); ++v) {

@@ -12,7 +12,8 @@ namespace gradus::planar {
 void fill_cavity(std::vector<Tri>& triangles, int vertex, const Cavity& cavity, std::vector<int>& fan) {
     const int m = static_cast<int>(cavity.rim.size()), reused = static_cast<int>(cavity.removed.size());
     fan.resize(m);
-    for (int i = 0; i < m; ++i) fan[i] = i < reused ? cavity.removed[i] : static_cast<int>(triangles.size()) + i - reused;
+    for (int i = 0; i < m; ++i)
+        fan[i] = i < reused ? cavity.removed[i] : static_cast<int>(triangles.size()) + i - reused;
     triangles.resize(triangles.size() + std::max(0, m - reused));
     for (int i = 0; i < m; ++i) {
         const RimEdge& e = cavity.rim[i];
@@ -36,7 +37,9 @@ struct Names {
     int first;  ///< of the first point
 
     std::string operator()(int point) const { return std::to_string(point + first); }
-    std::string operator()(const std::array<int, 2>& segment) const { return (*this)(segment[0]) + "-" + (*this)(segment[1]); }
+    std::string operator()(const std::array<int, 2>& segment) const {
+        return (*this)(segment[0]) + "-" + (*this)(segment[1]);
+    }
     std::string place(const Eigen::Vector2d& p) const {
         std::ostringstream text;
         text << " at (" << p.x() << ", " << p.y() << ")";
@@ -50,7 +53,8 @@ struct Names {
 void check_segments(Points points, Segments segments, const Names& name) {
     const int n = static_cast<int>(points.size());
     for (const auto& s : segments)
-        if (s[0] < 0 || s[1] < 0 || s[0] >= n || s[1] >= n || s[0] == s[1]) refuse("segment " + name(s) + " has a bad or repeated index");
+        if (s[0] < 0 || s[1] < 0 || s[0] >= n || s[1] >= n || s[0] == s[1])
+            refuse("segment " + name(s) + " has a bad or repeated index");
     if (segments.empty()) refuse("no segments");
     for (int i = 0; i < n; ++i)
         if (!points[i].allFinite()) refuse("point " + name(i) + " is not finite");
@@ -128,8 +132,8 @@ void Builder::add_box() {
     triangle_of_[n + 3] = 1;
 }
 
-/// Every 2^k-th point first, then those half way between, and so on: points of a loop come in order, so the walk from the
-/// neighbour of the level before is short, and the triangulation never becomes a fan of needles.
+/// Every 2^k-th point first, then those half way between, and so on: points of a loop come in order, so the walk from
+/// the neighbour of the level before is short, and the triangulation never becomes a fan of needles.
 void Builder::insert_points() {
     insert(0, 0);
     for (int stride = static_cast<int>(std::bit_floor(static_cast<unsigned>(num_points_))); stride > 0; stride /= 2)
@@ -181,19 +185,22 @@ void Builder::recover(const std::array<int, 2>& segment) {
 }
 
 void Builder::refuse_crossing(const std::array<int, 2>& segment, const std::array<int, 2>& other) const {
-    const Eigen::Vector2d &a = at(segment[0]), d = at(segment[1]) - a, &c = at(other[0]), e = at(other[1]) - c, off = c - a;
+    const Eigen::Vector2d &a = at(segment[0]), d = at(segment[1]) - a, &c = at(other[0]), e = at(other[1]) - c,
+                          off = c - a;
     const double along = (off.x() * e.y() - off.y() * e.x()) / (d.x() * e.y() - d.y() * e.x());
     refuse("segment " + name_(segment) + " crosses " + name_(other) + name_.place(a + along * d));
 }
 
-/// Replaces the triangles that the segment a b crosses by triangulations of the two polygons on its sides. [Anglada 1997]
+/// Replaces the triangles that the segment a b crosses by triangulations of the two polygons on its sides. [Anglada
+/// 1997]
 void Builder::carve(int a, int b, int first) {
     std::vector<int> removed{first}, left{a}, right{a};
     std::vector<RimEdge> rim;
     const auto keep = [&](int t, int k) {
         const Tri& tri = triangles_[t];
         const int outer = tri.n[k];
-        rim.push_back({tri.v[next(k)], tri.v[previous(k)], outer, outer == kOutside ? 0 : side_of(triangles_[outer], t), tri.is_fixed(k)});
+        rim.push_back({tri.v[next(k)], tri.v[previous(k)], outer, outer == kOutside ? 0 : side_of(triangles_[outer], t),
+                       tri.is_fixed(k)});
     };
     int t = first, k = corner_of(triangles_[t], a);
     keep(t, next(k));
@@ -241,8 +248,9 @@ void Builder::carve(int a, int b, int first) {
         if (triangles_[below].v[next(i)] == b && triangles_[below].v[previous(i)] == a) fix(below, i);
 }
 
-/// Triangulates the polygon chain[from..to], closed by its base from `to` to `from`, into free slots: first the triangle on the
-/// base whose circle is empty, then both sides of it. @returns the triangle at the base, or kOutside for a chain of one edge
+/// Triangulates the polygon chain[from..to], closed by its base from `to` to `from`, into free slots: first the
+/// triangle on the base whose circle is empty, then both sides of it. @returns the triangle at the base, or kOutside
+/// for a chain of one edge
 int Builder::fill_chain(const std::vector<int>& chain, int from, int to, std::vector<int>& slots) {
     int result = kOutside;
     std::vector<std::array<int, 2>> open{{from, to}};
@@ -312,7 +320,8 @@ std::vector<Tri> Builder::inside() const {
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
         if (parity[t] != 1) continue;
         Tri tri = triangles_[t];
-        for (int k = 0; k < 3; ++k) tri.n[k] = tri.is_fixed(k) || tri.n[k] == kOutside ? kOutside : renumbered[tri.n[k]];
+        for (int k = 0; k < 3; ++k)
+            tri.n[k] = tri.is_fixed(k) || tri.n[k] == kOutside ? kOutside : renumbered[tri.n[k]];
         tri.fixed = 0;  // said by kOutside from here on, and flips would have to carry it along
         result.push_back(tri);
     }

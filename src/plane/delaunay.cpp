@@ -17,12 +17,13 @@ using planar::next;
 using planar::previous;
 using planar::Tri;
 
-// Triangles that need no further point: circumradius below 1.5 times that of the unit triangle (beyond it the ideal point over a
-// side is .7 away from the opposite corner), and no long edge. Rows that spread get a new point early: left until edges reach
-// sqrt(2), a whole row would do so at once.
+// Triangles that need no further point: circumradius below 1.5 times that of the unit triangle (beyond it the ideal
+// point over a side is .7 away from the opposite corner), and no long edge. Rows that spread get a new point early:
+// left until edges reach sqrt(2), a whole row would do so at once.
 constexpr double kDoneRadius2 = 0.75;
 constexpr double kDoneEdge = 1.25;
-// A candidate nearer than this to a vertex is refused. Above 1/sqrt(2), as rows that crowd shed points early and one by one.
+// A candidate nearer than this to a vertex is refused. Above 1/sqrt(2), as rows that crowd shed points early and one by
+// one.
 constexpr double kCloseFront = 0.8;
 constexpr double kMovable = 0.65;  // a refused candidate nearer than this to a vertex is not worth moving
 // The same for the middle of a long edge, where a short edge is the lesser evil.
@@ -53,8 +54,8 @@ struct Node {
 
 double cross2(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// Length of a way along which the speed changes from s to t: between the logarithmic mean (sizes that grow geometrically)
-/// and the arithmetic one (the way to a pole).
+/// Length of a way along which the speed changes from s to t: between the logarithmic mean (sizes that grow
+/// geometrically) and the arithmetic one (the way to a pole).
 double mean_length(double s, double t) { return (s + t + std::sqrt(s * t)) / 3; }
 
 /// Circumradius squared of a triangle with these sides.
@@ -63,8 +64,8 @@ double circumradius2(double x, double y, double z) {
     return area16 > 0 ? x * x * y * y * z * z / area16 : 1e300;
 }
 
-/// Powers of two that bring the mean metric near the identity: a scaling that is exact, so that signs found in the scaled plane
-/// hold in the caller's.
+/// Powers of two that bring the mean metric near the identity: a scaling that is exact, so that signs found in the
+/// scaled plane hold in the caller's.
 Vector2d unit_scale(const std::vector<Eigen::Matrix2d>& metrics) {
     Vector2d sum(0, 0);
     for (const Eigen::Matrix2d& m : metrics) sum += Vector2d(std::sqrt(m(0, 0)), std::sqrt(m(1, 1)));
@@ -81,7 +82,8 @@ class Generator {
     PlanarMesh run();
 
   private:
-    /// Whose metric decides on a flip: the mean of the four corners, or each of them (for triangles the metric varies much on).
+    /// Whose metric decides on a flip: the mean of the four corners, or each of them (for triangles the metric varies
+    /// much on).
     enum class Vote { Mean, Unanimous };
     struct FrontEdge {
         int triangle, a, b;
@@ -151,7 +153,8 @@ class Generator {
 
 Generator::Generator(const PlanarDomain& domain, const MetricField& metric, const DelaunayOptions& options)
     : domain_(domain), field_(metric), options_(options) {
-    if (!(options.target > 0)) throw std::invalid_argument("mesh_domain: target must be positive, not " + std::to_string(options.target));
+    if (!(options.target > 0))
+        throw std::invalid_argument("mesh_domain: target must be positive, not " + std::to_string(options.target));
     if (!domain.hints.empty() && domain.hints.size() != domain.points.size())
         throw std::invalid_argument("mesh_domain: hints must be one per point");
     if (domain.points.size() > options.max_points) throw std::length_error("mesh_domain: more points than max_points");
@@ -160,8 +163,8 @@ Generator::Generator(const PlanarDomain& domain, const MetricField& metric, cons
 
 Eigen::Matrix2d checked(const Eigen::Matrix2d& m, const Vector2d& uv) {
     if (m.allFinite() && m(0, 0) >= 0 && m(1, 1) >= 0) return m;
-    throw std::invalid_argument("mesh_domain: the metric at (" + std::to_string(uv.x()) + ", " + std::to_string(uv.y()) +
-                                ") is not finite or not positive");
+    throw std::invalid_argument("mesh_domain: the metric at (" + std::to_string(uv.x()) + ", " +
+                                std::to_string(uv.y()) + ") is not finite or not positive");
 }
 
 void Generator::read_domain() {
@@ -170,7 +173,8 @@ void Generator::read_domain() {
     nodes_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
         if (!domain_.hints.empty()) nodes_[i].hint = domain_.hints[i];
-        metrics[i] = checked(field_(domain_.points[i], nodes_[i].hint), domain_.points[i]) / (options_.target * options_.target);
+        metrics[i] =
+            checked(field_(domain_.points[i], nodes_[i].hint), domain_.points[i]) / (options_.target * options_.target);
     }
     if (n > 0) scale_ = unit_scale(metrics);
     for (std::size_t i = 0; i < n; ++i) {
@@ -185,7 +189,8 @@ void Generator::read_domain() {
     mark_poles();
 }
 
-/// Segments of length 0 that hang together are one pole, unless so many of them do that they are just a very fine boundary.
+/// Segments of length 0 that hang together are one pole, unless so many of them do that they are just a very fine
+/// boundary.
 void Generator::mark_poles() {
     std::vector<double> extent;
     const auto join = [&](int from, int to) {
@@ -222,7 +227,8 @@ Metric Generator::ask(const Vector2d& p, int& hint) const {
             t * m(1, 1) / (scale_.y() * scale_.y())};
 }
 
-/// Where a node stands seen from p: a pole is a whole segment of the plane, so it is met at the point of it nearest to p.
+/// Where a node stands seen from p: a pole is a whole segment of the plane, so it is met at the point of it nearest to
+/// p.
 Vector2d Generator::toward(const Node& node, const Vector2d& p, const Metric& m) const {
     if (node.pole < 0) return node.p;
     Vector2d best = node.p;
@@ -270,7 +276,8 @@ void Generator::push(int t, int k, int level) {
     lowest_ = std::min(lowest_, level);
 }
 
-/// The oldest edge of the lowest level: rows are completed one after the other. Edges whose triangle has gone are skipped.
+/// The oldest edge of the lowest level: rows are completed one after the other. Edges whose triangle has gone are
+/// skipped.
 bool Generator::pop(FrontEdge& edge, int& level) {
     while (lowest_ < static_cast<int>(front_.size())) {
         std::vector<FrontEdge>& row = front_[lowest_];
@@ -291,7 +298,8 @@ bool Generator::pop(FrontEdge& edge, int& level) {
 }
 
 void Generator::push_first_front() {
-    for (Tri& t : triangles_) t.level = is_done(length(t.v[0], t.v[1]), length(t.v[1], t.v[2]), length(t.v[2], t.v[0])) ? 0 : -1;
+    for (Tri& t : triangles_)
+        t.level = is_done(length(t.v[0], t.v[1]), length(t.v[1], t.v[2]), length(t.v[2], t.v[0])) ? 0 : -1;
     for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
         for (int k = 0; k < 3; ++k) {
             const int n = triangles_[t].n[k];
@@ -354,14 +362,16 @@ bool Generator::open_cavity(const Candidate& candidate) {
         if (seen_from_pole && !(cross2(d[1] - d[0], d[2] - d[0]) > 0))
             for (int k = 0; k < 3; ++k) d[k] = nodes_[v[k]].p - candidate.p;
         const Metric& m = candidate.m;
-        return m.squared(d[0]) * cross2(d[1], d[2]) + m.squared(d[1]) * cross2(d[2], d[0]) + m.squared(d[2]) * cross2(d[0], d[1]) > 0;
+        return m.squared(d[0]) * cross2(d[1], d[2]) + m.squared(d[1]) * cross2(d[2], d[0]) +
+                   m.squared(d[2]) * cross2(d[0], d[1]) >
+               0;
     };
     return planar::grow_cavity(triangles_, point_of(), in_conflict, candidate.triangle, candidate.p, cavity_);
 }
 
-/// True if no vertex is closer to the candidate than `close`. Measures the spokes on the way. The nearest vertex is on the rim of
-/// the cavity in a Delaunay triangulation; where the triangulation is far from that, the search goes on beyond the rim edges
-/// that pass the candidate at less than the distance.
+/// True if no vertex is closer to the candidate than `close`. Measures the spokes on the way. The nearest vertex is on
+/// the rim of the cavity in a Delaunay triangulation; where the triangulation is far from that, the search goes on
+/// beyond the rim edges that pass the candidate at less than the distance.
 bool Generator::is_clear(const Candidate& candidate, double close) {
     const auto passes_near = [&](int i, int j) {
         const Vector2d a = nodes_[i].p - candidate.p, b = nodes_[j].p - candidate.p;
@@ -426,8 +436,8 @@ void Generator::judge_fan(int level) {
     }
 }
 
-/// Moves a refused candidate half way out of the unit discs of the vertices that crowd it: where two sides of the front meet at an
-/// angle, to the bisector. @returns false if one of them is nearer than `least`
+/// Moves a refused candidate half way out of the unit discs of the vertices that crowd it: where two sides of the front
+/// meet at an angle, to the bisector. @returns false if one of them is nearer than `least`
 bool Generator::settle(Candidate& candidate, double least) {
     if (!open_cavity(candidate)) return false;
     Vector2d push(0, 0);
@@ -480,7 +490,9 @@ std::vector<int> Generator::all_triangles() const {
 int Generator::split_sweep(const std::vector<int>& triangles) {
     std::vector<LongEdge> edges = long_edges(triangles);
     std::sort(edges.begin(), edges.end(), [](const LongEdge& x, const LongEdge& y) {
-        return x.length != y.length ? x.length > y.length : x.triangle != y.triangle ? x.triangle < y.triangle : x.a < y.a;
+        return x.length != y.length       ? x.length > y.length
+               : x.triangle != y.triangle ? x.triangle < y.triangle
+                                          : x.a < y.a;
     });
     int inserted = 0;
     for (const LongEdge& e : edges) {
@@ -491,11 +503,14 @@ int Generator::split_sweep(const std::vector<int>& triangles) {
         // Half way in the metric, taken as linear along the edge in size.
         const Vector2d pa = toward(a, b.p, b.m), pb = toward(b, pa, a.m), d = pb - pa;
         const double sa = a.m.length(d), sb = b.m.length(d);
-        const double half = sa + sb > 0 && a.pole < 0 && b.pole < 0 ? std::sqrt(sb) / (std::sqrt(sa) + std::sqrt(sb)) : 0.5;
+        const double half =
+            sa + sb > 0 && a.pole < 0 && b.pole < 0 ? std::sqrt(sb) / (std::sqrt(sa) + std::sqrt(sb)) : 0.5;
         Candidate candidate{.p = pa + std::clamp(half, 0.2, 0.8) * d, .m = {}, .hint = a.hint, .triangle = e.triangle};
         if (!locate(candidate)) continue;
         candidate.m = ask(candidate.p, candidate.hint);
-        if (insert(candidate, kCloseSplit, 0) || (settle(candidate, kMovableSplit) && insert(candidate, kCloseSplit, 0))) ++inserted;
+        if (insert(candidate, kCloseSplit, 0) ||
+            (settle(candidate, kMovableSplit) && insert(candidate, kCloseSplit, 0)))
+            ++inserted;
     }
     return inserted;
 }
@@ -563,7 +578,8 @@ bool Generator::wants_flip(int t, int k, Vote vote) const {
         for (int i = 0; i < 4; ++i) q[i] = nodes_[v[i]].p;
     const Vector2d a = q[0] - q[2], b = q[1] - q[2], c = q[3] - q[2];
     const auto in_circle = [&](const Metric& metric) {
-        const double aa = metric.squared(a) * cross2(b, c), bb = metric.squared(b) * cross2(c, a), cc = metric.squared(c) * cross2(a, b);
+        const double aa = metric.squared(a) * cross2(b, c), bb = metric.squared(b) * cross2(c, a),
+                     cc = metric.squared(c) * cross2(a, b);
         constexpr double kRounding = 1e-12;  // a tie is left as it is, or rounding could flip for ever
         return aa + bb + cc > kRounding * (std::abs(aa) + std::abs(bb) + std::abs(cc));
     };
@@ -571,10 +587,12 @@ bool Generator::wants_flip(int t, int k, Vote vote) const {
     if (vote == Vote::Unanimous)
         for (const int i : v)
             if (nodes_[i].pole < 0 && !in_circle(nodes_[i].m)) return false;
-    return orient2d(nodes_[v[0]].p, nodes_[v[1]].p, nodes_[v[2]].p) > 0 && orient2d(nodes_[v[0]].p, nodes_[v[2]].p, nodes_[v[3]].p) > 0;
+    return orient2d(nodes_[v[0]].p, nodes_[v[1]].p, nodes_[v[2]].p) > 0 &&
+           orient2d(nodes_[v[0]].p, nodes_[v[2]].p, nodes_[v[3]].p) > 0;
 }
 
-/// Turns edge a b of triangles (apex, a, b) and (opposite, b, a) into the edge apex - opposite; t keeps a, its neighbour b.
+/// Turns edge a b of triangles (apex, a, b) and (opposite, b, a) into the edge apex - opposite; t keeps a, its
+/// neighbour b.
 void Generator::flip(int t, int k) {
     const int u = triangles_[t].n[k];
     Tri &tri = triangles_[t], &other = triangles_[u];

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <sstream>
 #include <span>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -31,7 +31,8 @@ std::string text_of(const Eigen::Vector2d& p) {
 /// The biconnected components of a graph: of each segment the one it is in. [Hopcroft, Tarjan 1973]
 class Outlines {
   public:
-    Outlines(int num_points, std::span<const Edge> segments) : segments_(segments), of_(segments.size(), kNone), number_(num_points, 0), low_(num_points, 0) {
+    Outlines(int num_points, std::span<const Edge> segments)
+        : segments_(segments), of_(segments.size(), kNone), number_(num_points, 0), low_(num_points, 0) {
         at_.resize(num_points);
         for (int s = 0; s < static_cast<int>(segments.size()); ++s)
             for (const int v : segments[s]) at_[v].push_back(s);
@@ -97,14 +98,19 @@ class Outlines {
 class Faces {
   public:
     explicit Faces(const PlanarGraph& graph)
-        : graph_(graph), arrangement_(planar::triangulate_segments(graph.points, graph.segments, graph.first_number)), of_(triangles().size(), kNone) {
-        for (int s = 0; s < static_cast<int>(graph.segments.size()); ++s) segment_at_[sorted(graph.segments[s][0], graph.segments[s][1])] = s;
+        : graph_(graph),
+          arrangement_(planar::triangulate_segments(graph.points, graph.segments, graph.first_number)),
+          of_(triangles().size(), kNone) {
+        for (int s = 0; s < static_cast<int>(graph.segments.size()); ++s)
+            segment_at_[sorted(graph.segments[s][0], graph.segments[s][1])] = s;
         for (int t = 0; t < static_cast<int>(triangles().size()); ++t)
             if (of_[t] == kNone) fill(t);
         inside_.assign(sides_.size(), 0);
         outer_ = of_[arrangement_.outer];
-        if (graph.holes) enclose_but_holes();
-        else alternate();
+        if (graph.holes)
+            enclose_but_holes();
+        else
+            alternate();
         check_inside();
         name_regions();
     }
@@ -144,7 +150,8 @@ class Faces {
     [[noreturn]] static void refuse(const std::string& what) { throw std::invalid_argument(what); }
     std::string name(int segment) const {
         const auto& [a, b] = graph_.segments[segment];
-        return "segment " + std::to_string(a + graph_.first_number) + "-" + std::to_string(b + graph_.first_number) + " at " + text_of(graph_.points[a]);
+        return "segment " + std::to_string(a + graph_.first_number) + "-" + std::to_string(b + graph_.first_number) +
+               " at " + text_of(graph_.points[a]);
     }
 
     void fill(int first) {
@@ -169,7 +176,8 @@ class Faces {
     }
     int beyond(const FaceSide& side) const { return of_[side.beyond]; }
 
-    // From the outside inwards: behind each outline that is met lie faces of the other kind. An outline has one face outside of it.
+    // From the outside inwards: behind each outline that is met lie faces of the other kind. An outline has one face
+    // outside of it.
     void alternate() {
         const Outlines outlines(static_cast<int>(graph_.points.size()), graph_.segments);
         std::vector<std::vector<FaceSide>> sides(outlines.count());
@@ -211,7 +219,9 @@ class Faces {
         for (int t = 0; t < static_cast<int>(triangles().size()); ++t) {
             const auto& v = triangles()[t].v;
             if (std::max({v[0], v[1], v[2]}) >= n) continue;
-            if (orient2d(at(v[0]), at(v[1]), p) >= 0 && orient2d(at(v[1]), at(v[2]), p) >= 0 && orient2d(at(v[2]), at(v[0]), p) >= 0) return of_[t];
+            if (orient2d(at(v[0]), at(v[1]), p) >= 0 && orient2d(at(v[1]), at(v[2]), p) >= 0 &&
+                orient2d(at(v[2]), at(v[0]), p) >= 0)
+                return of_[t];
         }
         return outer_;
     }
@@ -222,8 +232,10 @@ class Faces {
             std::vector<int> degree(graph_.points.size(), 0);
             for (const Edge& e : graph_.segments) ++degree[e[0]], ++degree[e[1]];
             const auto end = std::find(degree.begin(), degree.end(), 1) - degree.begin();
-            if (graph_.holes && end == std::ssize(degree)) refuse("nothing is left of the domain: there is a hole in each region");
-            refuse("the segments enclose nothing: the outline is open at point " + std::to_string(end + graph_.first_number) + " at " +
+            if (graph_.holes && end == std::ssize(degree))
+                refuse("nothing is left of the domain: there is a hole in each region");
+            refuse("the segments enclose nothing: the outline is open at point " +
+                   std::to_string(end + graph_.first_number) + " at " +
                    text_of(graph_.points[static_cast<std::size_t>(end)]));
         }
         is_of_domain_.assign(graph_.segments.size(), 0);
@@ -232,7 +244,8 @@ class Faces {
                 for (const FaceSide& side : sides_[face]) is_of_domain_[side.segment] = 1;
         const auto outside = std::find(is_of_domain_.begin(), is_of_domain_.end(), 0);
         if (!graph_.holes && outside != is_of_domain_.end())
-            refuse(name(static_cast<int>(outside - is_of_domain_.begin())) + " is not in the domain: it bounds no region and lies in none");
+            refuse(name(static_cast<int>(outside - is_of_domain_.begin())) +
+                   " is not in the domain: it bounds no region and lies in none");
     }
 
     void name_regions() {
@@ -243,7 +256,8 @@ class Faces {
             const int face = face_at(region.point);
             if (!inside_[face]) refuse("the region at " + text_of(region.point) + " is in none of the domain");
             if (named[face] && labels_[face] != region.label)
-                refuse("the region at " + text_of(region.point) + " has two labels, " + std::to_string(labels_[face]) + " and " + std::to_string(region.label));
+                refuse("the region at " + text_of(region.point) + " has two labels, " + std::to_string(labels_[face]) +
+                       " and " + std::to_string(region.label));
             named[face] = 1;
             labels_[face] = region.label;
         }
@@ -257,7 +271,8 @@ class Faces {
         }
         std::sort(by_first_segment.begin(), by_first_segment.end());
         has_labels_ = by_first_segment.size() > 1;
-        for (std::size_t i = 0; i < by_first_segment.size(); ++i) labels_[by_first_segment[i].second] = static_cast<int>(i) + 1;
+        for (std::size_t i = 0; i < by_first_segment.size(); ++i)
+            labels_[by_first_segment[i].second] = static_cast<int>(i) + 1;
     }
 
     const PlanarGraph& graph_;
@@ -265,7 +280,7 @@ class Faces {
     std::map<Edge, int> segment_at_;
     std::vector<int> of_;                       // face of each triangle
     std::vector<std::vector<FaceSide>> sides_;  // of each face
-    std::vector<char> inside_, is_of_domain_;  // faces, segments
+    std::vector<char> inside_, is_of_domain_;   // faces, segments
     std::vector<int> labels_;
     bool has_labels_ = false;
     int outer_ = 0;
@@ -275,10 +290,12 @@ class Faces {
 
 TriangleSoup triangulate(const PlanarGraph& graph) {
     if (!graph.labels.empty() && graph.labels.size() != graph.segments.size())
-        throw std::invalid_argument("triangulate: " + std::to_string(graph.labels.size()) + " labels for " + std::to_string(graph.segments.size()) + " segments");
+        throw std::invalid_argument("triangulate: " + std::to_string(graph.labels.size()) + " labels for " +
+                                    std::to_string(graph.segments.size()) + " segments");
     for (std::size_t i = 0; i < graph.points.size(); ++i)
         if (graph.points[i].cwiseAbs().maxCoeff() > kLargestCoordinate)
-            throw std::invalid_argument("point " + std::to_string(i + graph.first_number) + " at " + text_of(graph.points[i]) + " is too far away");
+            throw std::invalid_argument("point " + std::to_string(i + graph.first_number) + " at " +
+                                        text_of(graph.points[i]) + " is too far away");
     return Faces(graph).soup();
 }
 

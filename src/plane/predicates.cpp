@@ -15,7 +15,8 @@ Expansion<16> squared_length(const Difference& x, const Difference& y) {
     return result;
 }
 
-int incircle_exact(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c, const Eigen::Vector2d& d) {
+int incircle_exact(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
+                   const Eigen::Vector2d& d) {
     const Difference ax = difference(a.x(), d.x()), ay = difference(a.y(), d.y());
     const Difference bx = difference(b.x(), d.x()), by = difference(b.y(), d.y());
     const Difference cx = difference(c.x(), d.x()), cy = difference(c.y(), d.y());
@@ -41,8 +42,8 @@ int incircle(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Ve
     const double bxcy = bx * cy, cxby = cx * by, cxay = cx * ay, axcy = ax * cy, axby = ax * by, bxay = bx * ay;
     const double a2 = ax * ax + ay * ay, b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
     const double det = a2 * (bxcy - cxby) + b2 * (cxay - axcy) + c2 * (axby - bxay);
-    const double permanent =
-        a2 * (std::abs(bxcy) + std::abs(cxby)) + b2 * (std::abs(cxay) + std::abs(axcy)) + c2 * (std::abs(axby) + std::abs(bxay));
+    const double permanent = a2 * (std::abs(bxcy) + std::abs(cxby)) + b2 * (std::abs(cxay) + std::abs(axcy)) +
+                             c2 * (std::abs(axby) + std::abs(bxay));
     constexpr double kBound = 1.1102230246251577e-15;  // (10 + 96 u) u, u = 2^-53
     if (det > kBound * permanent) return 1;
     if (det < -kBound * permanent) return -1;

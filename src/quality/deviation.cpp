@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 constexpr double kPrecision = 0.1;
 constexpr double kBelongs = 2;      // over the limit
 constexpr double kMostPieces = 16;  // of an edge of the surface that is looked at
-constexpr int kLarge = 16;           // vertices over a triangle of the surface from which it is cut into pieces
-constexpr int kOverPiece = 8;        // and vertices over each of those, about
+constexpr int kLarge = 16;          // vertices over a triangle of the surface from which it is cut into pieces
+constexpr int kOverPiece = 8;       // and vertices over each of those, about
 // Over the distance of a point: the triangle that leaves a place out is not always the one closest to it.
 constexpr double kAlmostClosest = 1.3;
 
@@ -27,7 +27,8 @@ void check_under(const char* function, const MeshView& mesh, std::span<const int
                                     std::to_string(mesh.points.size()) + " vertices");
 }
 
-// For each vertex of the reference a triangle of a mesh near it, or -1: those at the mesh's vertices, spread over the reference.
+// For each vertex of the reference a triangle of a mesh near it, or -1: those at the mesh's vertices, spread over the
+// reference.
 std::vector<int> triangles_over(const Connectivity& reference, const MeshView& mesh, std::span<const int> under) {
     std::vector<int> over(reference.num_vertices(), -1), queue;
     queue.reserve(over.size());
@@ -56,7 +57,8 @@ std::vector<int> same_points(std::span<const Vector3d> from, std::span<const Vec
     std::sort(sorted.begin(), sorted.end(), [&](int a, int b) { return before(to[a], to[b]); });
     std::vector<int> same(from.size(), -1);
     for (std::size_t v = 0; v < from.size(); ++v) {
-        const auto at = std::lower_bound(sorted.begin(), sorted.end(), from[v], [&](int a, const Vector3d& p) { return before(to[a], p); });
+        const auto at = std::lower_bound(sorted.begin(), sorted.end(), from[v],
+                                         [&](int a, const Vector3d& p) { return before(to[a], p); });
         if (at != sorted.end() && to[*at] == from[v]) same[v] = *at;
     }
     return same;
@@ -72,7 +74,8 @@ Triangle from_smallest(Triangle t) {
 std::vector<int> same_triangles(const MeshView& from, const MeshView& to) {
     std::vector<int> same(from.triangles.size(), -1);
     if (from.triangles.empty()) return same;
-    // The other mesh's triangles by their smallest vertex: those of vertex v are filed[first[v]] ... filed[first[v + 1] - 1].
+    // The other mesh's triangles by their smallest vertex: those of vertex v are filed[first[v]] ... filed[first[v + 1]
+    // - 1].
     std::vector<int> first(to.points.size() + 1, 0), filed(to.triangles.size());
     for (const Triangle& t : to.triangles) ++first[from_smallest(t)[0] + 1];
     std::partial_sum(first.begin(), first.end(), first.begin());
@@ -92,22 +95,26 @@ std::vector<int> same_triangles(const MeshView& from, const MeshView& to) {
 
 // Whether all witnesses are still there. They take their new numbers as far as they are.
 bool take_numbers(Witnesses& witnesses, const std::vector<int>& now) {
-    for (int i = 0; i < witnesses.size && witnesses.proved; ++i) witnesses.proved = (witnesses[i] = now[witnesses[i]]) >= 0;
+    for (int i = 0; i < witnesses.size && witnesses.proved; ++i)
+        witnesses.proved = (witnesses[i] = now[witnesses[i]]) >= 0;
     return witnesses.proved;
 }
 
 }  // namespace
 
-Deviation measure_deviation(const ReferenceView& reference, const MeshView& mesh, std::span<const int> under, double precision) {
+Deviation measure_deviation(const ReferenceView& reference, const MeshView& mesh, std::span<const int> under,
+                            double precision) {
     check_under("measure_deviation", mesh, under);
-    return {DistanceTarget(reference.surface).measure_from(mesh, {.precision = precision, .near = under}),
-            DistanceTarget(mesh).measure_from(reference.surface,
-                                              {.precision = precision, .near = triangles_over(reference.connectivity, mesh, under)})};
+    return {
+        DistanceTarget(reference.surface).measure_from(mesh, {.precision = precision, .near = under}),
+        DistanceTarget(mesh).measure_from(
+            reference.surface, {.precision = precision, .near = triangles_over(reference.connectivity, mesh, under)})};
 }
 
 DeviationProof::DeviationProof(const ReferenceView& reference, double limit)
     : reference_(reference), limit_(limit), target_(reference.surface) {
-    if (!(limit > 0)) throw std::invalid_argument("DeviationProof: limit is " + std::to_string(limit) + ", not above 0");
+    if (!(limit > 0))
+        throw std::invalid_argument("DeviationProof: limit is " + std::to_string(limit) + ", not above 0");
 }
 
 ProvedDeviation DeviationProof::prove(const MeshView& mesh, std::span<const int> under) {
@@ -127,7 +134,8 @@ ProvedDeviation DeviationProof::prove(const MeshView& mesh, std::span<const int>
     return proved;
 }
 
-bool DeviationProof::is_kept_by(const MeshView& part, int changed, std::span<const int> under, const std::optional<Vector3d>& also) {
+bool DeviationProof::is_kept_by(const MeshView& part, int changed, std::span<const int> under,
+                                const std::optional<Vector3d>& also) {
     const OneSidedOptions options{.limit = limit_, .precision = kPrecision, .near = under};
     if (!target_.measure_from({part.points, part.triangles.first(changed)}, options).beyond.empty()) return false;
 
@@ -155,7 +163,9 @@ bool DeviationProof::is_kept_by(const MeshView& part, int changed, std::span<con
         if (hit.distance > limit_) {
             hit = target.closest(p, hit.triangle);
             // Beside the part there may be triangles that are closer, and what is much farther belongs to those.
-            if (hit.distance > limit_ && hit.distance < kBelongs * limit_ && (hit.triangle < changed || target.is_over(p, hit.triangle))) kept = false;
+            if (hit.distance > limit_ && hit.distance < kBelongs * limit_ &&
+                (hit.triangle < changed || target.is_over(p, hit.triangle)))
+                kept = false;
         }
         near = hit.triangle;
         return near < changed;
@@ -174,26 +184,29 @@ bool DeviationProof::is_kept_by(const MeshView& part, int changed, std::span<con
 }
 
 // @param now  for each triangle of the last mesh its number in this one, or -1
-OneSidedDistance DeviationProof::prove_from_mesh(const MeshView& mesh, std::span<const int> under, const std::vector<int>& now) {
+OneSidedDistance DeviationProof::prove_from_mesh(const MeshView& mesh, std::span<const int> under,
+                                                 const std::vector<int>& now) {
     std::vector<char> kept(mesh.triangles.size(), 0);
     for (std::size_t t = 0; t < now.size(); ++t)
         if (now[t] >= 0 && kept_[t]) kept[now[t]] = 1;
-    OneSidedDistance found = target_.measure_from(mesh, {.limit = limit_, .precision = kPrecision, .near = under, .skip = kept});
+    OneSidedDistance found =
+        target_.measure_from(mesh, {.limit = limit_, .precision = kPrecision, .near = under, .skip = kept});
     kept_.assign(mesh.triangles.size(), 1);
     for (const TooFar& f : found.beyond) kept_[f.triangle] = 0;
     include_proved_before(found);
     return found;
 }
 
-OneSidedDistance DeviationProof::prove_from_reference(const MeshView& mesh, const DistanceTarget& target, std::span<const int> under,
-                                                      const std::vector<int>& now) {
+OneSidedDistance DeviationProof::prove_from_reference(const MeshView& mesh, const DistanceTarget& target,
+                                                      std::span<const int> under, const std::vector<int>& now) {
     std::vector<char> kept(witnesses_.size());
     for (std::size_t t = 0; t < kept.size(); ++t) kept[t] = take_numbers(witnesses_[t], now);
     std::vector<int> over = triangles_over(reference_.connectivity, mesh, under);
     for (const int v : pieces_.beside) over.push_back(over[v]);
-    const MeshView surface = pieces_.triangles.empty() ? reference_.surface : MeshView{pieces_.points, pieces_.triangles};
-    OneSidedDistance found =
-        target.measure_from(surface, {.limit = limit_, .precision = kPrecision, .near = over, .skip = kept, .witnesses = witnesses_});
+    const MeshView surface =
+        pieces_.triangles.empty() ? reference_.surface : MeshView{pieces_.points, pieces_.triangles};
+    OneSidedDistance found = target.measure_from(
+        surface, {.limit = limit_, .precision = kPrecision, .near = over, .skip = kept, .witnesses = witnesses_});
     if (!pieces_.of.empty())
         for (TooFar& f : found.beyond) f.triangle = pieces_.of[f.triangle];
     include_proved_before(found);
@@ -207,7 +220,8 @@ void DeviationProof::cut_large(std::span<const int> under) {
         if (t >= 0) ++over[t];
     if (std::any_of(over.begin(), over.end(), [](int n) { return n > kLarge; })) {
         pieces_.points.assign(reference_.surface.points.begin(), reference_.surface.points.end());
-        for (int t = 0; t < std::ssize(triangles); ++t) cut_into(over[t] > kLarge ? over[t] / kOverPiece : 1, triangles[t], t);
+        for (int t = 0; t < std::ssize(triangles); ++t)
+            cut_into(over[t] > kLarge ? over[t] / kOverPiece : 1, triangles[t], t);
     }
     witnesses_.resize(pieces_.triangles.empty() ? triangles.size() : pieces_.triangles.size());
 }
@@ -219,7 +233,9 @@ void DeviationProof::cut_into(int number, const Triangle& corners, int triangle)
         pieces_.of.push_back(triangle);
         return;
     }
-    const auto length2 = [&](int k) { return (pieces_.points[corners[(k + 1) % 3]] - pieces_.points[corners[k]]).squaredNorm(); };
+    const auto length2 = [&](int k) {
+        return (pieces_.points[corners[(k + 1) % 3]] - pieces_.points[corners[k]]).squaredNorm();
+    };
     int k = 0;
     for (const int other : {1, 2})
         if (length2(other) > length2(k)) k = other;

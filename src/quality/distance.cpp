@@ -16,7 +16,8 @@ namespace {
 /// The places of each vertex on every patch that has it.
 class VertexPlaces {
   public:
-    VertexPlaces(const PatchModel& model, const PlacedMesh& placed) : places_(placed.places), shared_index_(placed.places.size(), -1) {
+    VertexPlaces(const PatchModel& model, const PlacedMesh& placed)
+        : places_(placed.places), shared_index_(placed.places.size(), -1) {
         if (placed.places.size() != placed.mesh.points.size())
             throw std::invalid_argument("measure_distance: " + std::to_string(placed.places.size()) + " places for " +
                                         std::to_string(placed.mesh.points.size()) + " vertices");
@@ -29,7 +30,8 @@ class VertexPlaces {
         for (std::size_t v = 0; v < places_.size(); ++v) {
             if (!used_[v]) continue;
             if (places_[v].patch < 0 || places_[v].patch >= model.num_patches())
-                throw std::invalid_argument("measure_distance: vertex " + std::to_string(v) + " is on patch " + std::to_string(places_[v].patch));
+                throw std::invalid_argument("measure_distance: vertex " + std::to_string(v) + " is on patch " +
+                                            std::to_string(places_[v].patch));
             std::vector<SurfacePoint> all = places_of(model, places_[v]);
             int along = 0;
             if (all.size() == 1 && !on_pole(model, places_[v], along)) continue;
@@ -54,8 +56,10 @@ class VertexPlaces {
     std::vector<int> common_patches(std::span<const int> vertices) const {
         std::vector<int> patches;
         for (const SurfacePoint& at : all(vertices[0])) {
-            const bool everywhere = std::all_of(vertices.begin(), vertices.end(), [&](int v) { return has(v, at.patch); });
-            if (everywhere && std::find(patches.begin(), patches.end(), at.patch) == patches.end()) patches.push_back(at.patch);
+            const bool everywhere =
+                std::all_of(vertices.begin(), vertices.end(), [&](int v) { return has(v, at.patch); });
+            if (everywhere && std::find(patches.begin(), patches.end(), at.patch) == patches.end())
+                patches.push_back(at.patch);
         }
         return patches;
     }
@@ -67,9 +71,10 @@ class VertexPlaces {
     std::vector<std::vector<SurfacePoint>> shared_;
 };
 
-/// Mean of the parameters of some vertices on a patch that has them all. On a seam each takes the side where the others are; on
-/// a pole the parameter without meaning is that of the others.
-Eigen::Vector2d mean_parameters(const PatchModel& model, const VertexPlaces& places, std::span<const int> vertices, int patch) {
+/// Mean of the parameters of some vertices on a patch that has them all. On a seam each takes the side where the others
+/// are; on a pole the parameter without meaning is that of the others.
+Eigen::Vector2d mean_parameters(const PatchModel& model, const VertexPlaces& places, std::span<const int> vertices,
+                                int patch) {
     std::vector<std::vector<SurfacePoint>> choices;
     for (const int v : vertices) {
         std::vector<SurfacePoint>& list = choices.emplace_back();
@@ -83,9 +88,10 @@ Eigen::Vector2d mean_parameters(const PatchModel& model, const VertexPlaces& pla
 
     Eigen::Vector2d sum(0, 0), count(0, 0);
     for (const std::vector<SurfacePoint>& list : choices) {
-        const SurfacePoint& at = *std::min_element(list.begin(), list.end(), [&](const SurfacePoint& a, const SurfacePoint& b) {
-            return (a.uv - near).squaredNorm() < (b.uv - near).squaredNorm();
-        });
+        const SurfacePoint& at =
+            *std::min_element(list.begin(), list.end(), [&](const SurfacePoint& a, const SurfacePoint& b) {
+                return (a.uv - near).squaredNorm() < (b.uv - near).squaredNorm();
+            });
         int meaningless = -1;
         on_pole(model, at, meaningless);
         for (int k = 0; k < 2; ++k) {
@@ -99,13 +105,15 @@ Eigen::Vector2d mean_parameters(const PatchModel& model, const VertexPlaces& pla
 }
 
 /// Distance of the mean of some vertices of the mesh to the surface.
-double distance_of_mean(const PatchModel& model, const PlacedMesh& placed, const VertexPlaces& places, std::span<const int> vertices) {
+double distance_of_mean(const PatchModel& model, const PlacedMesh& placed, const VertexPlaces& places,
+                        std::span<const int> vertices) {
     Eigen::Vector3d point(0, 0, 0);
     for (const int v : vertices) point += placed.mesh.points[v];
     point /= static_cast<double>(vertices.size());
 
     const int patch = places.own(vertices[0]).patch;
-    const bool inside = std::all_of(vertices.begin(), vertices.end(), [&](int v) { return !places.shared(v) && places.own(v).patch == patch; });
+    const bool inside = std::all_of(vertices.begin(), vertices.end(),
+                                    [&](int v) { return !places.shared(v) && places.own(v).patch == patch; });
     double best = std::numeric_limits<double>::infinity();
     if (inside) {
         Eigen::Vector2d mean(0, 0);
@@ -113,7 +121,8 @@ double distance_of_mean(const PatchModel& model, const PlacedMesh& placed, const
         best = project(model, point, {patch, mean / static_cast<double>(vertices.size())}).distance;
     } else {
         for (const int common : places.common_patches(vertices))
-            best = std::min(best, project(model, point, {common, mean_parameters(model, places, vertices, common)}).distance);
+            best = std::min(best,
+                            project(model, point, {common, mean_parameters(model, places, vertices, common)}).distance);
     }
     // No common patch, or a foot so far off that the search must have gone astray: descend from the corners.
     constexpr double kAstray = .25;
@@ -127,12 +136,15 @@ double distance_of_mean(const PatchModel& model, const PlacedMesh& placed, const
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return kDegrees * std::atan2(a.cross(b).norm(), a.dot(b)); }
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return kDegrees * std::atan2(a.cross(b).norm(), a.dot(b));
+}
 
 /// Outward normals of the surface at vertices, computed once where a vertex is inside a patch.
 class VertexNormals {
   public:
-    VertexNormals(const PatchModel& model, const VertexPlaces& places, std::size_t num_vertices) : model_(model), places_(places), inside_(num_vertices) {
+    VertexNormals(const PatchModel& model, const VertexPlaces& places, std::size_t num_vertices)
+        : model_(model), places_(places), inside_(num_vertices) {
         for (std::size_t i = 0; i < num_vertices; ++i) {
             const int v = static_cast<int>(i);
             if (places.used(v) && !places.shared(v)) inside_[i] = model.normal(places.own(v));
@@ -142,7 +154,9 @@ class VertexNormals {
     /// Angle to the nearest normal that the vertex has on one of the patches; on any patch if it is on none of them.
     double angle(int vertex, const Eigen::Vector3d& normal, std::span<const int> patches) const {
         if (!places_.shared(vertex)) return angle_between(normal, inside_[vertex]);
-        const auto wanted = [&](const SurfacePoint& at) { return std::find(patches.begin(), patches.end(), at.patch) != patches.end(); };
+        const auto wanted = [&](const SurfacePoint& at) {
+            return std::find(patches.begin(), patches.end(), at.patch) != patches.end();
+        };
         const std::span<const SurfacePoint> all = places_.all(vertex);
         const bool any = std::none_of(all.begin(), all.end(), wanted);
         double smallest = 180;
@@ -159,7 +173,8 @@ class VertexNormals {
 
 }  // namespace
 
-DistanceReport measure_distance(const PatchModel& model, const PlacedMesh& placed, const MeshEdges& edges, const DistanceOptions& options) {
+DistanceReport measure_distance(const PatchModel& model, const PlacedMesh& placed, const MeshEdges& edges,
+                                const DistanceOptions& options) {
     const VertexPlaces places(model, placed);
     DistanceReport report;
     report.diagonal = model.diagonal();
@@ -170,8 +185,10 @@ DistanceReport measure_distance(const PatchModel& model, const PlacedMesh& place
         worst.add(index, values.back());
     };
     for (int v = 0; v < static_cast<int>(placed.mesh.points.size()); ++v)
-        if (places.used(v)) record(at_vertices, vertices, v, (placed.mesh.points[v] - model.position(places.own(v))).norm());
-    for (int e = 0; e < edges.size(); ++e) record(at_midpoints, midpoints, e, distance_of_mean(model, placed, places, edges.ends[e]));
+        if (places.used(v))
+            record(at_vertices, vertices, v, (placed.mesh.points[v] - model.position(places.own(v))).norm());
+    for (int e = 0; e < edges.size(); ++e)
+        record(at_midpoints, midpoints, e, distance_of_mean(model, placed, places, edges.ends[e]));
     for (int t = 0; t < static_cast<int>(placed.mesh.triangles.size()); ++t)
         record(at_centroids, centroids, t, distance_of_mean(model, placed, places, placed.mesh.triangles[t]));
     report.vertices = summarise(std::move(at_vertices));
@@ -192,12 +209,14 @@ NormalReport measure_normals(const PatchModel& model, const PlacedMesh& placed, 
     for (std::size_t t = 0; t < placed.mesh.triangles.size(); ++t) {
         const Triangle& corners = placed.mesh.triangles[t];
         const auto& [a, b, c] = corners;
-        const Eigen::Vector3d normal = (placed.mesh.points[b] - placed.mesh.points[a]).cross(placed.mesh.points[c] - placed.mesh.points[a]);
+        const Eigen::Vector3d normal =
+            (placed.mesh.points[b] - placed.mesh.points[a]).cross(placed.mesh.points[c] - placed.mesh.points[a]);
         if (!(normal.norm() > 0)) {
             ++report.without_normal;
             continue;
         }
-        const std::vector<int> patches = placed.patches.empty() ? places.common_patches(corners) : std::vector<int>{placed.patches[t]};
+        const std::vector<int> patches =
+            placed.patches.empty() ? places.common_patches(corners) : std::vector<int>{placed.patches[t]};
         double angle = 0;
         for (const int v : corners) angle = std::max(angle, normals.angle(v, normal, patches));
         report.over_45 += angle > 45;

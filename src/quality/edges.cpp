@@ -32,22 +32,27 @@ double checked_size(double h) {
     return h;
 }
 
-double euclidean_length(const MeshView& mesh, const std::array<int, 2>& ends) { return (mesh.points[ends[1]] - mesh.points[ends[0]]).stableNorm(); }
+double euclidean_length(const MeshView& mesh, const std::array<int, 2>& ends) {
+    return (mesh.points[ends[1]] - mesh.points[ends[0]]).stableNorm();
+}
 
 }  // namespace
 
 std::vector<double> metric_lengths(const MeshView& mesh, const MeshEdges& edges, std::span<const double> sizes) {
     if (sizes.size() != mesh.points.size())
-        throw std::invalid_argument("metric_lengths: " + std::to_string(sizes.size()) + " sizes for " + std::to_string(mesh.points.size()) + " vertices");
+        throw std::invalid_argument("metric_lengths: " + std::to_string(sizes.size()) + " sizes for " +
+                                    std::to_string(mesh.points.size()) + " vertices");
     std::vector<double> lengths(edges.size());
     for (int e = 0; e < edges.size(); ++e) {
         const auto& [a, b] = edges.ends[e];
-        lengths[e] = metric_length(euclidean_length(mesh, edges.ends[e]), checked_size(sizes[a]), checked_size(sizes[b]));
+        lengths[e] =
+            metric_length(euclidean_length(mesh, edges.ends[e]), checked_size(sizes[a]), checked_size(sizes[b]));
     }
     return lengths;
 }
 
-std::vector<double> metric_lengths(const MeshView& mesh, const MeshEdges& edges, const SizeQuery& size, std::span<const int> hints) {
+std::vector<double> metric_lengths(const MeshView& mesh, const MeshEdges& edges, const SizeQuery& size,
+                                   std::span<const int> hints) {
     const std::array<GaussPoint, 5> rule = gauss_points();
     std::vector<double> lengths(edges.size());
     int hint = -1;

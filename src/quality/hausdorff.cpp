@@ -1,13 +1,13 @@
 #include "gradus/quality/hausdorff.hpp"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <stdexcept>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 
 namespace gradus {
 
@@ -15,11 +15,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostPieces = 1000;  // of a part, before it is quartered
+constexpr int kMostPieces = 1000;             // of a part, before it is quartered
 constexpr std::size_t kMostAtOnce = 1 << 14;  // parts, those with the largest bounds
-// Work in pieces; that of looking for the triangle closest to a corner. The most for a triangle on its own, and for all together.
+// Work in pieces; that of looking for the triangle closest to a corner. The most for a triangle on its own, and for all
+// together.
 constexpr std::size_t kWorkOfCorner = 8, kMostWorkOfOne = 1'000'000, kMostWork = 2'000'000, kMostWorkPerTriangle = 100;
-constexpr double kSlack = 1e-10;  // of an edge: what sticks out by less stays with the triangle
+constexpr double kSlack = 1e-10;      // of an edge: what sticks out by less stays with the triangle
 constexpr double kResolution = 1e-9;  // of the surface's extent: smaller distances are not told apart
 constexpr int kMostCorners = 12;
 
@@ -93,7 +94,8 @@ void cut(Polygon& polygon, const Vector3d& a, const Vector3d& m, double slack, P
         const int j = (i + 1) % polygon.size;
         (height[i] > 0 ? beyond : inside).add(polygon.corner[i]);
         if ((height[i] > 0) == (height[j] > 0)) continue;
-        const Vector3d crossing = polygon.corner[i] + height[i] / (height[i] - height[j]) * (polygon.corner[j] - polygon.corner[i]);
+        const Vector3d crossing =
+            polygon.corner[i] + height[i] / (height[i] - height[j]) * (polygon.corner[j] - polygon.corner[i]);
         inside.add(crossing);
         beyond.add(crossing);
     }
@@ -108,9 +110,10 @@ class DistanceSearch {
 
     Corner look(const Vector3d& p, int near = -1) const { return {p, target_.closest(p, near)}; }
 
-    // Whether a triangle is proved to keep the limit, from a triangle of the target on that is near. @param bound  raised to the largest
-    // distance then
-    bool keeps_limit(const Vector3d& a, const Vector3d& b, const Vector3d& c, int near, double& bound, Witnesses& witnesses) const {
+    // Whether a triangle is proved to keep the limit, from a triangle of the target on that is near. @param bound
+    // raised to the largest distance then
+    bool keeps_limit(const Vector3d& a, const Vector3d& b, const Vector3d& c, int near, double& bound,
+                     Witnesses& witnesses) const {
         witnesses.clear();
         const Vector3d middle = (a + b + c) / 3;
         auto [start, distance] = descend_to(middle, near);
@@ -127,8 +130,10 @@ class DistanceSearch {
         int pieces = 0;
         std::vector<Part> later;
         witnesses.proved = cut_down(whole, start, -1, pieces, [&](const Polygon& piece, int t, double farthest) {
-            if (farthest <= options_.limit) found.hold_against(t, farthest);
-            else hold(piece, t, found, later);
+            if (farthest <= options_.limit)
+                found.hold_against(t, farthest);
+            else
+                hold(piece, t, found, later);
             return found.largest <= options_.limit;
         });
         if (witnesses.proved && !later.empty()) divide_all(std::move(later), found);
@@ -137,25 +142,29 @@ class DistanceSearch {
         return witnesses.proved;
     }
 
-    // Divides parts, and what they are divided into, until they say enough or that is too much work: then their bounds hold.
+    // Divides parts, and what they are divided into, until they say enough or that is too much work: then their bounds
+    // hold.
     void divide_all(std::vector<Part> parts, Found& found) const {
         const std::size_t most = found.work + kMostWorkOfOne;
         for (std::size_t i = 0; i < parts.size(); ++i) {
             if (found.asks_whether && found.largest > options_.limit) return;
-            if (found.work >= most) found.hold_against(parts[i].triangle, parts[i].bound);
-            else divide(Part(parts[i]), found, parts);
+            if (found.work >= most)
+                found.hold_against(parts[i].triangle, parts[i].bound);
+            else
+                divide(Part(parts[i]), found, parts);
         }
     }
 
-    // Holds a part against a triangle of the target that is closest to a corner or the middle. Where that does not say enough it is cut
-    // along the target, or quartered where that makes too many pieces, into parts for later.
+    // Holds a part against a triangle of the target that is closest to a corner or the middle. Where that does not say
+    // enough it is cut along the target, or quartered where that makes too many pieces, into parts for later.
     void divide(const Part& part, Found& found, std::vector<Part>& later) const {
         const auto& [a, b, c] = part.corner;
         for (const Corner& x : part.corner) found.attain(x);
         double bound = part.bound;
         int triangle = part.triangle;
         const auto is_near_that_of = [&](const Corner& x) {
-            if (const double most = farthest(part, x.hit.triangle); most < bound) bound = most, triangle = x.hit.triangle;
+            if (const double most = farthest(part, x.hit.triangle); most < bound)
+                bound = most, triangle = x.hit.triangle;
             return bound <= enough(found);
         };
         for (const Corner& x : part.corner)
@@ -169,22 +178,27 @@ class DistanceSearch {
         if (!part.is_cut && cut_along_target(part, middle.hit.triangle, found, later)) return;
         later.resize(before);
         found.work += 3 * kWorkOfCorner;
-        const Corner ab = look((a.p + b.p) / 2, a.hit.triangle), bc = look((b.p + c.p) / 2, b.hit.triangle), ca = look((c.p + a.p) / 2, c.hit.triangle);
-        for (const auto& [x, y, z] : {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{ab, bc, ca}})
+        const Corner ab = look((a.p + b.p) / 2, a.hit.triangle), bc = look((b.p + c.p) / 2, b.hit.triangle),
+                     ca = look((c.p + a.p) / 2, c.hit.triangle);
+        for (const auto& [x, y, z] :
+             {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{ab, bc, ca}})
             later.push_back({{x, y, z}, bound, triangle});
     }
 
-    // The largest distance of a point of the parts first(i), i below a number. @param found  with the resolution, and what their corners attain
+    // The largest distance of a point of the parts first(i), i below a number. @param found  with the resolution, and
+    // what their corners attain
     // @param most   work that is done, or little more; the bound holds for what is left too
     template <class First>
     OneSidedDistance largest_of(std::size_t number, const First& first, Found found, std::size_t most) const {
         std::vector<Part> parts;
         divide_side_by_side(number, first, found, parts);
         while (!parts.empty() && found.work < most) {
-            std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.bound > b.bound; });
+            std::stable_sort(parts.begin(), parts.end(),
+                             [](const Part& a, const Part& b) { return a.bound > b.bound; });
             const std::size_t now = std::min(parts.size(), kMostAtOnce);
             std::vector<Part> left(parts.begin() + static_cast<std::ptrdiff_t>(now), parts.end());
-            divide_side_by_side(now, [&](std::size_t i) { return parts[i]; }, found, left);
+            divide_side_by_side(
+                now, [&](std::size_t i) { return parts[i]; }, found, left);
             parts = std::move(left);
         }
         for (const Part& part : parts) found.bound = std::max(found.bound, part.bound);
@@ -197,7 +211,8 @@ class DistanceSearch {
         double here = distance_to(triangle, p);
         while (true) {
             const auto [b, c] = target_.facets_[triangle].coordinates(p);
-            // Across the sides that p lies beyond; over the triangle there are none. Side k is opposite to corner k - 1.
+            // Across the sides that p lies beyond; over the triangle there are none. Side k is opposite to corner k
+            // - 1.
             const std::array<double, 3> beyond{c, 1 - b - c, b};
             int closer = -1;
             for (int k = 0; k < 3; ++k) {
@@ -212,7 +227,8 @@ class DistanceSearch {
     }
 
   private:
-    // Divides parts, those of a block one after the other. @param later  takes what they are divided into; what does not matter any more is taken out
+    // Divides parts, those of a block one after the other. @param later  takes what they are divided into; what does
+    // not matter any more is taken out
     template <class PartOf>
     void divide_side_by_side(std::size_t number, const PartOf& part, Found& found, std::vector<Part>& later) const {
         constexpr std::size_t kBlock = 64;
@@ -223,7 +239,8 @@ class DistanceSearch {
         std::vector<Block> blocks((number + kBlock - 1) / kBlock, {found, {}});
         tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
             blocks[b].found.work = 0;
-            for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, number); ++i) divide(part(i), blocks[b].found, blocks[b].later);
+            for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, number); ++i)
+                divide(part(i), blocks[b].found, blocks[b].later);
         });
         for (const Block& block : blocks) {
             found.take(block.found);
@@ -247,7 +264,8 @@ class DistanceSearch {
     // Largest distance of the corners of a piece to a triangle; not looked for any more once it is above `enough`.
     double farthest_corner(const Polygon& piece, int triangle, double enough) const {
         double most = 0;
-        for (int i = 0; i < piece.size && most <= enough; ++i) most = std::max(most, distance_to(triangle, piece.corner[i]));
+        for (int i = 0; i < piece.size && most <= enough; ++i)
+            most = std::max(most, distance_to(triangle, piece.corner[i]));
         return most;
     }
 
@@ -255,18 +273,21 @@ class DistanceSearch {
     std::pair<double, Vector3d> farthest_of(const Polygon& piece, int triangle) const {
         std::pair<double, Vector3d> farthest{0, piece.corner[0]};
         for (int i = 0; i < piece.size; ++i)
-            if (const double d = distance_to(triangle, piece.corner[i]); d > farthest.first) farthest = {d, piece.corner[i]};
+            if (const double d = distance_to(triangle, piece.corner[i]); d > farthest.first)
+                farthest = {d, piece.corner[i]};
         return farthest;
     }
 
-    // Distances that need no closer look: those that keep the limit or, where there is none or it is not kept, are nothing new.
+    // Distances that need no closer look: those that keep the limit or, where there is none or it is not kept, are
+    // nothing new.
     double enough(const Found& found) const {
         if (options_.limit > 0 && found.largest <= options_.limit) return options_.limit;
         return (1 + options_.precision) * std::max(found.largest, found.resolution);
     }
 
-    // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and gives the rest to use(piece, triangle,
-    // distance of its farthest corner where there is a limit) with it, while that returns true. @returns whether it always did
+    // Cuts off what lies beyond the sides of a triangle of the target, for its neighbours, and gives the rest to
+    // use(piece, triangle, distance of its farthest corner where there is a limit) with it, while that returns true.
+    // @returns whether it always did
     template <class Use>
     bool cut_down(Polygon& polygon, int t, int from, int& pieces, const Use& use) const {
         ++pieces;
@@ -279,12 +300,15 @@ class DistanceSearch {
             const int g = target_.neighbours_[t][k];
             if (g < 0 || k == from || polygon.size + 3 > kMostCorners) continue;
             const Vector3d& start = target_.mesh_.points[v[k]];
-            const Vector3d along = target_.mesh_.points[v[(k + 1) % 3]] - start, m = along.cross(target_.facets_[t].normal + target_.facets_[g].normal);
+            const Vector3d along = target_.mesh_.points[v[(k + 1) % 3]] - start,
+                           m = along.cross(target_.facets_[t].normal + target_.facets_[g].normal);
             cut(polygon, start, m, kSlack * along.norm() * m.norm(), beyond);
             if (beyond.size == 0) continue;
             farthest = -1;
             const auto& back = target_.neighbours_[g];
-            if (!cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), pieces, use)) return false;
+            if (!cut_down(beyond, g, static_cast<int>(std::find(back.begin(), back.end(), t) - back.begin()), pieces,
+                          use))
+                return false;
             if (polygon.size == 0) return true;
         }
         if (farthest < 0 && options_.limit > 0) farthest = farthest_corner(polygon, t, options_.limit);
@@ -323,7 +347,8 @@ class DistanceSearch {
     // Largest distance of the corners of a part to one triangle of the target.
     double farthest(const Part& part, int triangle) const {
         double most = 0;
-        for (const Corner& x : part.corner) most = std::max(most, x.hit.triangle == triangle ? x.hit.distance : distance_to(triangle, x.p));
+        for (const Corner& x : part.corner)
+            most = std::max(most, x.hit.triangle == triangle ? x.hit.distance : distance_to(triangle, x.p));
         return most;
     }
 
@@ -345,7 +370,8 @@ DistanceTarget::DistanceTarget(const MeshView& mesh)
     for (const auto& [a, b, c] : mesh.triangles) {
         const Vector3d u = mesh.points[b] - mesh.points[a], v = mesh.points[c] - mesh.points[a], n = u.cross(v);
         // Without area no point is over it: the coordinates are no numbers then.
-        facets_.push_back({mesh.points[a], n.stableNormalized(), v.cross(n) / n.squaredNorm(), n.cross(u) / n.squaredNorm()});
+        facets_.push_back(
+            {mesh.points[a], n.stableNormalized(), v.cross(n) / n.squaredNorm(), n.cross(u) / n.squaredNorm()});
     }
 }
 
@@ -364,7 +390,8 @@ std::vector<TooFar> DistanceTarget::sample_from(const MeshView& from, double lim
         for (int t = range.begin(); t < range.end(); ++t) {
             const auto& [a, b, c] = from.triangles[t];
             const Vector3d &pa = from.points[a], &pb = from.points[b], &pc = from.points[c];
-            const std::pair<Vector3d, int> samples[] = {{(pa + pb + pc) / 3, a}, {(pa + pb) / 2, a}, {(pb + pc) / 2, b}, {(pc + pa) / 2, c}};
+            const std::pair<Vector3d, int> samples[] = {
+                {(pa + pb + pc) / 3, a}, {(pa + pb) / 2, a}, {(pb + pc) / 2, b}, {(pc + pa) / 2, c}};
             for (const auto& [p, v] : samples) {
                 const auto [start, at_most] = search.descend_to(p, near[v]);
                 if (at_most <= std::max(limit, found[t].distance)) continue;
@@ -395,11 +422,13 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
                 const auto& [a, b, c] = from.triangles[t];
                 if (!open[t] || options.near[a] < 0) continue;
                 Witnesses& witnesses = options.witnesses.empty() ? unused : options.witnesses[t];
-                open[t] = !search.keeps_limit(from.points[a], from.points[b], from.points[c], options.near[a], bound, witnesses);
+                open[t] = !search.keeps_limit(from.points[a], from.points[b], from.points[c], options.near[a], bound,
+                                              witnesses);
             }
             return bound;
         };
-        result.bound = tbb::parallel_reduce(tbb::blocked_range<int>(0, num_triangles, 256), 0.0, keep, [](double x, double y) { return std::max(x, y); });
+        result.bound = tbb::parallel_reduce(tbb::blocked_range<int>(0, num_triangles, 256), 0.0, keep,
+                                            [](double x, double y) { return std::max(x, y); });
     }
     // The others and their vertices, which are few where most are known to be near, have room for more.
     std::vector<int> triangles, vertices, corner_of(from.points.size(), -1);
@@ -428,7 +457,8 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
             const auto& [a, b, c] = from.triangles[triangles[i]];
             return Part{{corner(a), corner(b), corner(c)}};
         };
-        return search.largest_of(triangles.size(), part, found, kMostWork + kMostWorkPerTriangle * (triangles.size() + mesh_.triangles.size()));
+        return search.largest_of(triangles.size(), part, found,
+                                 kMostWork + kMostWorkPerTriangle * (triangles.size() + mesh_.triangles.size()));
     }
     std::vector<Found> found(triangles.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 256), [&](const auto& range) {
@@ -439,8 +469,10 @@ OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSid
             found[i].witnesses = witnesses;
             search.divide_all({{{corner(a), corner(b), corner(c)}}}, found[i]);
             if (!witnesses) continue;
-            if (found[i].bound <= options.limit) witnesses->proved = true;
-            else *witnesses = {};
+            if (found[i].bound <= options.limit)
+                witnesses->proved = true;
+            else
+                *witnesses = {};
         }
     });
     for (std::size_t i = 0; i < found.size(); ++i) {

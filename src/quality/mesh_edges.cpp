@@ -12,7 +12,9 @@ void check_indices(const MeshView& mesh) {
     const auto n = static_cast<int>(mesh.points.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         for (const int v : mesh.triangles[t])
-            if (v < 0 || v >= n) throw std::invalid_argument("edges_of: triangle " + std::to_string(t) + " has vertex " + std::to_string(v));
+            if (v < 0 || v >= n)
+                throw std::invalid_argument("edges_of: triangle " + std::to_string(t) + " has vertex " +
+                                            std::to_string(v));
 }
 
 bool has_repeated_corner(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
@@ -21,7 +23,9 @@ bool has_repeated_corner(const Triangle& t) { return t[0] == t[1] || t[1] == t[2
 struct FiledUse {
     int larger;
     int use;
-    bool operator<(const FiledUse& other) const { return larger != other.larger ? larger < other.larger : use < other.use; }
+    bool operator<(const FiledUse& other) const {
+        return larger != other.larger ? larger < other.larger : use < other.use;
+    }
 };
 
 }  // namespace

@@ -9,7 +9,8 @@ namespace gradus {
 using Eigen::Vector3d;
 
 NewContacts ContactFinder::of(const MeshView& mesh) {
-    const TriangleSoup soup{.points = {mesh.points.begin(), mesh.points.end()}, .triangles = {mesh.triangles.begin(), mesh.triangles.end()}};
+    const TriangleSoup soup{.points = {mesh.points.begin(), mesh.points.end()},
+                            .triangles = {mesh.triangles.begin(), mesh.triangles.end()}};
     NewContacts found;
     const SelfContacts contacts = find_self_contacts(soup, NewContacts::kListed);
     if (contacts.pairs.empty()) return found;
@@ -24,8 +25,10 @@ NewContacts ContactFinder::of(const MeshView& mesh) {
                 middle += p / 6;
                 longest = std::max(longest, (q - p).norm());
             }
-        if (has_contact_near(middle, longest)) --found.count;
-        else found.listed.push_back({pair, middle});
+        if (has_contact_near(middle, longest))
+            --found.count;
+        else
+            found.listed.push_back({pair, middle});
     }
     return found;
 }

@@ -24,9 +24,11 @@ using Eigen::Vector3d;
 using Kind = OffenderCause::Kind;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-// Of the size. An isosceles triangle over an edge this long, its other edges of the size, has its smallest angle of 32 degrees.
+// Of the size. An isosceles triangle over an edge this long, its other edges of the size, has its smallest angle of 32
+// degrees.
 constexpr double kNearCorners = 0.55;
-// A triangle between two lines this far apart, with edges of the size along them, has an area-length of .87; of .60 at .29.
+// A triangle between two lines this far apart, with edges of the size along them, has an area-length of .87; of .60 at
+// .29.
 constexpr double kNearCurves = 0.5;
 constexpr double kNarrowLoop = 3 * kNearCorners;
 constexpr double kJumpInTriangle = 2;
@@ -48,7 +50,8 @@ class Causes {
         : points_(mesh.points), options_(options), mesh_(std::move(connectivity)), sizes_(std::move(sizes)) {
         const double none = std::numbers::pi;
         const FeatureOptions given_only{.angle = none, .sharp_angle = none, .weak_angle = none};
-        features_ = options.features ? find_features(points_, mesh_, given_only, *options.features) : find_features(points_, mesh_);
+        features_ = options.features ? find_features(points_, mesh_, given_only, *options.features)
+                                     : find_features(points_, mesh_);
         if (options.required) frozen_ = frozen_elements(points_, mesh_, *options.required);
         find_narrow_wedges();
         find_tight_corners();
@@ -68,14 +71,16 @@ class Causes {
         if (cause.kind != Kind::None) return cause;
         double low = sizes_[v], high = low;
         mesh_.for_each_outgoing(v, [&](int h) {
-            for (const int other : {mesh_.target(h), mesh_.apex(h)}) low = std::min(low, sizes_[other]), high = std::max(high, sizes_[other]);
+            for (const int other : {mesh_.target(h), mesh_.apex(h)})
+                low = std::min(low, sizes_[other]), high = std::max(high, sizes_[other]);
         });
         if (high > options_.limits.edge_ratio * low) cause = {Kind::SizeJump, high / low};
         return cause.kind != Kind::None ? cause : of_surroundings(std::array{v});
     }
 
   private:
-    // Corners that are near each other, or a narrow loop, and how far around elements have to grow from what is between them to the size.
+    // Corners that are near each other, or a narrow loop, and how far around elements have to grow from what is between
+    // them to the size.
     struct Tight {
         Vector3d point;
         double reach;
@@ -108,7 +113,8 @@ class Causes {
 
     void heed_loop(const Triangle& v) {
         const auto distance = [&](int i, int j) { return (points_[v[i]] - points_[v[j]]).norm(); };
-        const double length = distance(0, 1) + distance(1, 2) + distance(2, 0), size = (sizes_[v[0]] + sizes_[v[1]] + sizes_[v[2]]) / 3;
+        const double length = distance(0, 1) + distance(1, 2) + distance(2, 0),
+                     size = (sizes_[v[0]] + sizes_[v[1]] + sizes_[v[2]]) / 3;
         if (!(length < kNarrowLoop * size)) return;
         const int h = edge_between(v[0], v[1]), g = mesh_.twin(h);
         if (mesh_.apex(h) == v[2] || (g >= 0 && mesh_.apex(g) == v[2]) || edge_between(v[1], v[2]) < 0) return;
@@ -133,11 +139,13 @@ class Causes {
     // Kinds come in the order in which they rule.
     static void take_graver(OffenderCause& cause, const OffenderCause& other) {
         if (other.kind == Kind::None) return;
-        if (cause.kind == Kind::None || std::pair(other.kind, gravity(other)) < std::pair(cause.kind, gravity(cause))) cause = other;
+        if (cause.kind == Kind::None || std::pair(other.kind, gravity(other)) < std::pair(cause.kind, gravity(cause)))
+            cause = other;
     }
 
     double angle_at(int h) const {
-        const Vector3d a = points_[mesh_.target(h)] - points_[mesh_.origin(h)], b = points_[mesh_.apex(h)] - points_[mesh_.origin(h)];
+        const Vector3d a = points_[mesh_.target(h)] - points_[mesh_.origin(h)],
+                       b = points_[mesh_.apex(h)] - points_[mesh_.origin(h)];
         return kDegrees * std::atan2(a.cross(b).norm(), a.dot(b));
     }
 
@@ -176,7 +184,9 @@ class Causes {
         for (int h = 3 * t; h < 3 * t + 3; ++h) {
             if (frozen_.has_edge(h)) take_graver(cause, {Kind::Frozen});
             if (const int wedge = wedges_.of_corner[h]; narrow_[wedge] > 0)
-                take_graver(cause, {is_point(wedge) ? Kind::SharpPoint : Kind::NarrowCorner, narrow_[wedge], {wedges_.vertex[wedge], -1}});
+                take_graver(cause, {is_point(wedge) ? Kind::SharpPoint : Kind::NarrowCorner,
+                                    narrow_[wedge],
+                                    {wedges_.vertex[wedge], -1}});
         }
         for (const int a : v) heed_near_corners(a, cause);
         for (const int a : v)
@@ -194,8 +204,10 @@ class Causes {
         const auto look = [&](int b) {
             const double size = (sizes_[a] + sizes_[b]) / 2, distance = (points_[b] - points_[a]).norm();
             if (!is_fixed(b) || !(distance < kNearCorners * size)) return;
-            if (features_.corner[a] && features_.corner[b]) take_graver(cause, {Kind::NearCorners, distance / size, {std::min(a, b), std::max(a, b)}});
-            else take_graver(cause, {Kind::Frozen});
+            if (features_.corner[a] && features_.corner[b])
+                take_graver(cause, {Kind::NearCorners, distance / size, {std::min(a, b), std::max(a, b)}});
+            else
+                take_graver(cause, {Kind::Frozen});
         };
         mesh_.for_each_outgoing(a, [&](int h) {
             look(mesh_.target(h));
@@ -208,7 +220,8 @@ class Causes {
         if (a == b || !frozen_.has_vertex(a)) return;
         for_each_feature_edge(b, [&](int next, int curve) {
             const double size = (sizes_[a] + sizes_[b]) / 2;
-            if (!meets(a, curve) && distance_to_segment(points_[a], points_[b], points_[next]) < kNearCurves * size) take_graver(cause, {Kind::Frozen});
+            if (!meets(a, curve) && distance_to_segment(points_[a], points_[b], points_[next]) < kNearCurves * size)
+                take_graver(cause, {Kind::Frozen});
         });
     }
 
@@ -217,14 +230,18 @@ class Causes {
         const double size = (sizes_[a] + sizes_[b]) / 2;
         for_each_feature_edge(a, [&](int next_a, int curve_a) {
             for_each_feature_edge(b, [&](int next_b, int curve_b) {
-                if (curve_a == curve_b || next_a == b || next_b == a || meets(b, curve_a) || meets(a, curve_b) || join(a, curve_a, b, curve_b)) return;
+                if (curve_a == curve_b || next_a == b || next_b == a || meets(b, curve_a) || meets(a, curve_b) ||
+                    join(a, curve_a, b, curve_b))
+                    return;
                 const double distance = std::min(distance_to_segment(points_[a], points_[b], points_[next_b]),
                                                  distance_to_segment(points_[b], points_[a], points_[next_a]));
                 if (!(distance < kNearCurves * size)) return;
                 const std::array<int, 2> curves{std::min(curve_a, curve_b), std::max(curve_a, curve_b)};
                 const auto narrow = narrow_between_.find(curves);
-                if (narrow != narrow_between_.end()) take_graver(cause, {Kind::NarrowCorner, narrow->second.first, {narrow->second.second, -1}});
-                else take_graver(cause, {Kind::NearCurves, distance / size, curves});
+                if (narrow != narrow_between_.end())
+                    take_graver(cause, {Kind::NarrowCorner, narrow->second.first, {narrow->second.second, -1}});
+                else
+                    take_graver(cause, {Kind::NearCurves, distance / size, curves});
             });
         });
     }
@@ -239,7 +256,8 @@ class Causes {
     bool join(int a, int curve_a, int b, int curve_b) const {
         bool found = false;
         for_each_feature_edge(a, [&](int x, int on_a) {
-            for_each_feature_edge(b, [&](int y, int on_b) { found = found || (x == y && on_a == curve_a && on_b == curve_b); });
+            for_each_feature_edge(
+                b, [&](int y, int on_b) { found = found || (x == y && on_a == curve_a && on_b == curve_b); });
         });
         return found;
     }
@@ -258,7 +276,8 @@ class Causes {
 
 std::vector<double> sizes_of(const MeshView& mesh, const MeshEdges& edges, std::span<const double> given) {
     if (!given.empty() && given.size() != mesh.points.size())
-        throw std::invalid_argument(fmt::format("find_offenders: {} sizes for {} vertices", given.size(), mesh.points.size()));
+        throw std::invalid_argument(
+            fmt::format("find_offenders: {} sizes for {} vertices", given.size(), mesh.points.size()));
     if (!given.empty()) return {given.begin(), given.end()};
     std::vector<double> sum(mesh.points.size(), 0);
     const std::vector<int> count = valences(mesh, edges);
@@ -302,8 +321,10 @@ std::vector<Found> fall_short(const MeshView& mesh, const MeshEdges& edges, cons
     for (int t = 0; t < std::ssize(mesh.triangles); ++t) {
         const auto& [a, b, c] = mesh.triangles[t];
         const TriangleSides sides = sides_of(mesh.points[a], mesh.points[b], mesh.points[c]);
-        if (const double q = area_length(sides); q < options.limits.quality) found.push_back({Found::What::Quality, q, t});
-        const double angle = kDegrees * std::min({corner_angle(sides, 0), corner_angle(sides, 1), corner_angle(sides, 2)});
+        if (const double q = area_length(sides); q < options.limits.quality)
+            found.push_back({Found::What::Quality, q, t});
+        const double angle =
+            kDegrees * std::min({corner_angle(sides, 0), corner_angle(sides, 1), corner_angle(sides, 2)});
         if (angle < options.limits.angle) found.push_back({Found::What::Angle, angle, t});
     }
     const std::vector<double> ratios = adjacent_edge_ratios(mesh, edges);
@@ -333,29 +354,45 @@ std::vector<int> places_of(const MeshView& mesh, const MeshEdges& edges, const s
 
 std::string name_of(OffenderCause::Kind kind) {
     switch (kind) {
-        case Kind::None: return "none";
-        case Kind::Frozen: return "frozen";
-        case Kind::SharpPoint: return "sharp_point";
-        case Kind::NarrowCorner: return "narrow_corner";
-        case Kind::NearCorners: return "near_corners";
-        case Kind::NearCurves: return "near_curves";
-        case Kind::NarrowLoop: return "narrow_loop";
-        case Kind::SizeJump: return "size_jump";
+        case Kind::None:
+            return "none";
+        case Kind::Frozen:
+            return "frozen";
+        case Kind::SharpPoint:
+            return "sharp_point";
+        case Kind::NarrowCorner:
+            return "narrow_corner";
+        case Kind::NearCorners:
+            return "near_corners";
+        case Kind::NearCurves:
+            return "near_curves";
+        case Kind::NarrowLoop:
+            return "narrow_loop";
+        case Kind::SizeJump:
+            return "size_jump";
     }
     return "";
 }
 
 std::string to_text(const OffenderCause& cause) {
     switch (cause.kind) {
-        case Kind::None: return "none found";
-        case Kind::Frozen: return "frozen element";
-        case Kind::SharpPoint: return fmt::format("sharp point: {:.2g} degrees all around", cause.value);
-        case Kind::NarrowCorner: return fmt::format("narrow corner of the features: {:.2g} degrees", cause.value);
-        case Kind::NearCorners: return fmt::format("two corners {:.2g} sizes apart", cause.value);
+        case Kind::None:
+            return "none found";
+        case Kind::Frozen:
+            return "frozen element";
+        case Kind::SharpPoint:
+            return fmt::format("sharp point: {:.2g} degrees all around", cause.value);
+        case Kind::NarrowCorner:
+            return fmt::format("narrow corner of the features: {:.2g} degrees", cause.value);
+        case Kind::NearCorners:
+            return fmt::format("two corners {:.2g} sizes apart", cause.value);
         case Kind::NearCurves:
-            return fmt::format("feature edges nearer than the size: curves {} and {}, {:.2g} sizes apart", cause.ids[0], cause.ids[1], cause.value);
-        case Kind::NarrowLoop: return fmt::format("tube, hole or patch {:.2g} sizes around: three edges", cause.value);
-        case Kind::SizeJump: return fmt::format("sizes of neighbours in a ratio of {:.2g}", cause.value);
+            return fmt::format("feature edges nearer than the size: curves {} and {}, {:.2g} sizes apart", cause.ids[0],
+                               cause.ids[1], cause.value);
+        case Kind::NarrowLoop:
+            return fmt::format("tube, hole or patch {:.2g} sizes around: three edges", cause.value);
+        case Kind::SizeJump:
+            return fmt::format("sizes of neighbours in a ratio of {:.2g}", cause.value);
     }
     return "";
 }
@@ -370,7 +407,8 @@ OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& optio
     report.features_known = connectivity.has_value();
     if (connectivity && !found.empty()) {
         const Causes causes(mesh, options, std::move(*connectivity), std::move(sizes));
-        for (Found& f : found) f.cause = f.what == Found::What::EdgeRatio ? causes.of_vertex(f.element) : causes.of_triangle(f.element);
+        for (Found& f : found)
+            f.cause = f.what == Found::What::EdgeRatio ? causes.of_vertex(f.element) : causes.of_triangle(f.element);
     }
     const std::vector<int> place = places_of(mesh, edges, found);
     using Key = std::tuple<int, Kind, std::array<int, 2>>;
@@ -383,21 +421,27 @@ OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& optio
         const bool is_vertex = f.what == Found::What::EdgeRatio;
         const int v = is_vertex ? f.element : mesh.triangles[f.element][0];
         auto& [group, worst] = groups[{place[v], f.cause.kind, f.cause.ids}];
-        if (worst == std::numeric_limits<double>::infinity() || gravity(f.cause) < gravity(group.cause)) group.cause = f.cause;
+        if (worst == std::numeric_limits<double>::infinity() || gravity(f.cause) < gravity(group.cause))
+            group.cause = f.cause;
         // How far beyond its limit, whatever it is of.
         const double part = f.what == Found::What::Quality ? f.value / options.limits.quality
                             : is_vertex                    ? options.limits.edge_ratio / f.value
                                                            : f.value / options.limits.angle;
         if (part < worst) {
             worst = part;
-            if (is_vertex) group.point = mesh.points[v];
-            else group.point = (mesh.points[mesh.triangles[f.element][0]] + mesh.points[mesh.triangles[f.element][1]] + mesh.points[mesh.triangles[f.element][2]]) / 3;
+            if (is_vertex)
+                group.point = mesh.points[v];
+            else
+                group.point = (mesh.points[mesh.triangles[f.element][0]] + mesh.points[mesh.triangles[f.element][1]] +
+                               mesh.points[mesh.triangles[f.element][2]]) /
+                              3;
         }
         add(of(group, f.what), f.what, f.value);
         const bool explained = f.cause.kind != Kind::None;
-        for (const auto& [what, all, unexplained] : {std::tuple(Found::What::Quality, &report.quality, &report.unexplained_quality),
-                                                     std::tuple(Found::What::Angle, &report.angle, &report.unexplained_angle),
-                                                     std::tuple(Found::What::EdgeRatio, &report.edge_ratio, &report.unexplained_edge_ratio)}) {
+        for (const auto& [what, all, unexplained] :
+             {std::tuple(Found::What::Quality, &report.quality, &report.unexplained_quality),
+              std::tuple(Found::What::Angle, &report.angle, &report.unexplained_angle),
+              std::tuple(Found::What::EdgeRatio, &report.edge_ratio, &report.unexplained_edge_ratio)}) {
             if (what != f.what) continue;
             add(*all, f.what, f.value);
             if (!explained) add(*unexplained, f.what, f.value);
@@ -406,7 +450,8 @@ OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& optio
     std::vector<const Gathered*> sorted;
     for (const auto& [key, gathered] : groups) sorted.push_back(&gathered);
     std::stable_sort(sorted.begin(), sorted.end(), [](const Gathered* a, const Gathered* b) {
-        return std::pair(a->group.cause.kind != Kind::None, a->worst) < std::pair(b->group.cause.kind != Kind::None, b->worst);
+        return std::pair(a->group.cause.kind != Kind::None, a->worst) <
+               std::pair(b->group.cause.kind != Kind::None, b->worst);
     });
     report.num_groups = sorted.size();
     for (std::size_t i = 0; i < std::min(sorted.size(), options.most); ++i) report.groups.push_back(sorted[i]->group);
@@ -415,26 +460,31 @@ OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& optio
 
 std::string to_text(const OffenderReport& report, std::size_t places) {
     if (report.num_groups == 0) return "elements short of the limits: none\n";
-    std::string text = fmt::format("{:<38}{:>10} {:>11} {:>14}\n", "elements short of the limits", "count", "worst", "without cause");
+    std::string text =
+        fmt::format("{:<38}{:>10} {:>11} {:>14}\n", "elements short of the limits", "count", "worst", "without cause");
     const auto row = [&](const std::string& name, const Shortfall& all, const Shortfall& unexplained) {
         text += fmt::format("  {:<36}{:>10}", name, all.count);
         text += all.count > 0 ? fmt::format(" {:>11.4g} {:>14}\n", all.worst, unexplained.count) : "\n";
     };
     row(fmt::format("area-length below {:g}", report.limits.quality), report.quality, report.unexplained_quality);
     row(fmt::format("angle below {:g} degrees", report.limits.angle), report.angle, report.unexplained_angle);
-    row(fmt::format("edges at a vertex, ratio above {:g}", report.limits.edge_ratio), report.edge_ratio, report.unexplained_edge_ratio);
+    row(fmt::format("edges at a vertex, ratio above {:g}", report.limits.edge_ratio), report.edge_ratio,
+        report.unexplained_edge_ratio);
     if (!report.features_known) text += "  causes are not known, as the mesh is no oriented manifold\n";
     const std::size_t listed = std::min(places, report.groups.size());
     for (std::size_t i = 0; i < listed; ++i) {
         const OffenderGroup& g = report.groups[i];
         std::string what;
         const auto part = [&](const char* name, const Shortfall& s) {
-            if (s.count > 0) what += fmt::format("{}{} {}{:.3g}", what.empty() ? "" : ", ", name, s.count > 1 ? fmt::format("x{} ", s.count) : "", s.worst);
+            if (s.count > 0)
+                what += fmt::format("{}{} {}{:.3g}", what.empty() ? "" : ", ", name,
+                                    s.count > 1 ? fmt::format("x{} ", s.count) : "", s.worst);
         };
         part("quality", g.quality);
         part("angle", g.angle);
         part("ratio", g.edge_ratio);
-        text += fmt::format("  at {:.5g} {:.5g} {:.5g}: {}\n      cause: {}\n", g.point.x(), g.point.y(), g.point.z(), what, to_text(g.cause));
+        text += fmt::format("  at {:.5g} {:.5g} {:.5g}: {}\n      cause: {}\n", g.point.x(), g.point.y(), g.point.z(),
+                            what, to_text(g.cause));
     }
     if (report.num_groups > listed) text += fmt::format("  and {} more places\n", report.num_groups - listed);
     return text;

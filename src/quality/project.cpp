@@ -15,10 +15,14 @@ constexpr double kOnSide = 1e-10;
 
 double side_value(const Domain& domain, Side side) {
     switch (side) {
-        case Side::Bottom: return domain.min[1];
-        case Side::Right: return domain.max[0];
-        case Side::Top: return domain.max[1];
-        default: return domain.min[0];
+        case Side::Bottom:
+            return domain.min[1];
+        case Side::Right:
+            return domain.max[0];
+        case Side::Top:
+            return domain.max[1];
+        default:
+            return domain.min[0];
     }
 }
 
@@ -33,7 +37,8 @@ bool on_side(const Domain& domain, const Eigen::Vector2d& uv, Side side) {
 constexpr std::array<Side, 4> kSides{Side::Bottom, Side::Right, Side::Top, Side::Left};
 
 bool on_any_side(const Domain& domain, const Eigen::Vector2d& uv) {
-    return on_side(domain, uv, Side::Bottom) || on_side(domain, uv, Side::Right) || on_side(domain, uv, Side::Top) || on_side(domain, uv, Side::Left);
+    return on_side(domain, uv, Side::Bottom) || on_side(domain, uv, Side::Right) || on_side(domain, uv, Side::Top) ||
+           on_side(domain, uv, Side::Left);
 }
 
 std::vector<Side> sides_at(const Domain& domain, const Eigen::Vector2d& uv) {
@@ -72,14 +77,18 @@ struct Objective {
 
 /// Newton step of the free parameters; by the first form alone (Gauss-Newton) where the Hessian is no safe guide.
 Eigen::Vector2d newton_step(const Objective& f, const std::array<bool, 2>& free) {
-    constexpr double kSafe = 1e-2;      // part of the first form that the Hessian must keep
-    constexpr double kSingular = 1e-24; // squared sine, or squared ratio of speeds, below which a direction is left alone
+    constexpr double kSafe = 1e-2;  // part of the first form that the Hessian must keep
+    constexpr double kSingular =
+        1e-24;  // squared sine, or squared ratio of speeds, below which a direction is left alone
     const double scale = f.first_form.trace();
     Eigen::Vector2d step(0, 0);
     if (free[0] && free[1] && f.first_form.determinant() > kSingular * scale * scale) {
-        const bool safe = f.hessian.determinant() > kSafe * f.first_form.determinant() && f.hessian(0, 0) > kSafe * f.first_form(0, 0);
+        const bool safe = f.hessian.determinant() > kSafe * f.first_form.determinant() &&
+                          f.hessian(0, 0) > kSafe * f.first_form(0, 0);
         const Eigen::Matrix2d& m = safe ? f.hessian : f.first_form;
-        step = -Eigen::Vector2d(m(1, 1) * f.gradient[0] - m(0, 1) * f.gradient[1], m(0, 0) * f.gradient[1] - m(1, 0) * f.gradient[0]) / m.determinant();
+        step = -Eigen::Vector2d(m(1, 1) * f.gradient[0] - m(0, 1) * f.gradient[1],
+                                m(0, 0) * f.gradient[1] - m(1, 0) * f.gradient[0]) /
+               m.determinant();
         return step;
     }
     // One parameter at a time: the faster of the free ones.
@@ -96,14 +105,16 @@ struct Foot {
 };
 
 /// Local minimum of the distance over one patch.
-Foot descend(const ParametricSurface& surface, const Domain& domain, const Eigen::Vector3d& point, const Eigen::Vector2d& start, double tolerance) {
+Foot descend(const ParametricSurface& surface, const Domain& domain, const Eigen::Vector3d& point,
+             const Eigen::Vector2d& start, double tolerance) {
     constexpr int kMaxSteps = 30, kMaxHalvings = 12;
     Eigen::Vector2d uv = start.cwiseMax(domain.min).cwiseMin(domain.max);
     Objective f(surface, uv, point);
     for (int i = 0; i < kMaxSteps; ++i) {
         std::array<bool, 2> free;
         for (int k = 0; k < 2; ++k)
-            free[k] = !(uv[k] <= domain.min[k] && f.gradient[k] >= 0) && !(uv[k] >= domain.max[k] && f.gradient[k] <= 0);
+            free[k] =
+                !(uv[k] <= domain.min[k] && f.gradient[k] >= 0) && !(uv[k] >= domain.max[k] && f.gradient[k] <= 0);
         Eigen::Vector2d step = newton_step(f, free);
         const double length = std::sqrt(std::max(0.0, step.dot(f.first_form * step)));
         bool improved = false;
@@ -170,7 +181,9 @@ class NearestSamples {
         SurfacePoint at;
     };
 
-    explicit NearestSamples(std::vector<Sample> samples) : samples_(std::move(samples)), axis_(samples_.size()) { build(0, samples_.size()); }
+    explicit NearestSamples(std::vector<Sample> samples) : samples_(std::move(samples)), axis_(samples_.size()) {
+        build(0, samples_.size());
+    }
 
     /// The nearest few, one per patch at most, nearest first.
     std::vector<SurfacePoint> near(const Eigen::Vector3d& point, std::size_t count) const {
@@ -204,7 +217,8 @@ class NearestSamples {
         build(middle + 1, end);
     }
 
-    void search(std::size_t begin, std::size_t end, const Eigen::Vector3d& point, std::size_t count, std::vector<Found>& found) const {
+    void search(std::size_t begin, std::size_t end, const Eigen::Vector3d& point, std::size_t count,
+                std::vector<Found>& found) const {
         if (begin >= end) return;
         const std::size_t middle = begin + (end - begin) / 2;
         keep({(samples_[middle].point - point).squaredNorm(), middle}, count, found);
@@ -216,7 +230,8 @@ class NearestSamples {
     }
 
     void keep(const Found& candidate, std::size_t count, std::vector<Found>& found) const {
-        const auto same = std::find_if(found.begin(), found.end(), [&](const Found& f) { return patch(f) == patch(candidate); });
+        const auto same =
+            std::find_if(found.begin(), found.end(), [&](const Found& f) { return patch(f) == patch(candidate); });
         if (same != found.end()) {
             if (candidate.squared >= same->squared) return;
             found.erase(same);
@@ -314,9 +329,11 @@ Projection project(const PatchModel& model, const Eigen::Vector3d& point, const 
     return {at, std::sqrt(2 * foot.value)};
 }
 
-std::vector<SurfacePoint> locate(const PatchModel& model, std::span<const Eigen::Vector3d> points, const LocateOptions& options) {
+std::vector<SurfacePoint> locate(const PatchModel& model, std::span<const Eigen::Vector3d> points,
+                                 const LocateOptions& options) {
     if (options.intervals < 1 || options.patches < 1)
-        throw std::invalid_argument("locate: intervals " + std::to_string(options.intervals) + ", patches " + std::to_string(options.patches));
+        throw std::invalid_argument("locate: intervals " + std::to_string(options.intervals) + ", patches " +
+                                    std::to_string(options.patches));
     const NearestSamples samples = sample_model(model, options.intervals);
     std::vector<SurfacePoint> places;
     places.reserve(points.size());

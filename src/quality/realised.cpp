@@ -22,7 +22,8 @@ double realised_shock(double L, double h_p, double h_q) {
 double realised_variation(double L, double h_p, double h_q) { return h_p == h_q ? 0 : ratio(std::abs(h_q - h_p), L); }
 
 /// Compares the triangles on either side of each edge that has two.
-void measure_neighbours(const MeshView& mesh, const MeshEdges& edges, const std::vector<double>& lengths, RealisedGradation& report) {
+void measure_neighbours(const MeshView& mesh, const MeshEdges& edges, const std::vector<double>& lengths,
+                        RealisedGradation& report) {
     std::vector<double> areas(mesh.triangles.size());
     for (std::size_t t = 0; t < areas.size(); ++t) {
         const auto& [a, b, c] = mesh.triangles[t];
@@ -65,7 +66,8 @@ std::vector<double> realised_sizes(const MeshView& mesh, const MeshEdges& edges)
     return mean_at_vertices(mesh, edges, edge_lengths(mesh, edges));
 }
 
-RealisedGradation measure_realised_gradation(const MeshView& mesh, const MeshEdges& edges, const RealisedOptions& options) {
+RealisedGradation measure_realised_gradation(const MeshView& mesh, const MeshEdges& edges,
+                                             const RealisedOptions& options) {
     RealisedGradation report;
     const std::vector<double> lengths = edge_lengths(mesh, edges);
     std::vector<double> sizes = mean_at_vertices(mesh, edges, lengths);

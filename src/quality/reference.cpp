@@ -30,10 +30,12 @@ const MeshView& checked(const MeshView& surface, const char* what) {
         for (const int v : surface.triangles[t]) {
             const bool known = v >= 0 && static_cast<std::size_t>(v) < surface.points.size();
             if (!known || !surface.points[v].allFinite())
-                throw std::invalid_argument(std::string("Reference: triangle ") + std::to_string(t) + " of " + what + " has vertex " +
-                                            std::to_string(v) + (known ? ", which is not finite" : ", which there is not"));
+                throw std::invalid_argument(std::string("Reference: triangle ") + std::to_string(t) + " of " + what +
+                                            " has vertex " + std::to_string(v) +
+                                            (known ? ", which is not finite" : ", which there is not"));
             if (surface.points[v].cwiseAbs().maxCoeff() > kLargestCoordinate)
-                throw std::invalid_argument(std::string("Reference: vertex ") + std::to_string(v) + " of " + what + " is beyond 1e100");
+                throw std::invalid_argument(std::string("Reference: vertex ") + std::to_string(v) + " of " + what +
+                                            " is beyond 1e100");
         }
     return surface;
 }
@@ -46,7 +48,9 @@ double diagonal_of(const MeshView& surface) {
 }
 
 Vector3d normal_of(const MeshView& surface, const Triangle& t) {
-    return (surface.points[t[1]] - surface.points[t[0]]).cross(surface.points[t[2]] - surface.points[t[0]]).stableNormalized();
+    return (surface.points[t[1]] - surface.points[t[0]])
+        .cross(surface.points[t[2]] - surface.points[t[0]])
+        .stableNormalized();
 }
 
 std::vector<Vector3d> normals_of(const MeshView& surface) {
@@ -104,7 +108,8 @@ ReferenceReport Reference::measure(const MeshView& mesh) const {
     return report;
 }
 
-DistanceReport Reference::measure_distance(const MeshView& mesh, const MeshEdges& edges, const DistanceOptions& options) const {
+DistanceReport Reference::measure_distance(const MeshView& mesh, const MeshEdges& edges,
+                                           const DistanceOptions& options) const {
     checked(mesh, "the mesh");
     std::vector<int> used;
     for (const Triangle& t : mesh.triangles) used.insert(used.end(), t.begin(), t.end());
@@ -129,7 +134,8 @@ DistanceReport Reference::measure_distance(const MeshView& mesh, const MeshEdges
     report.vertices = distances(
         used.size(), [&](std::size_t i) { return p[used[i]]; }, [&](std::size_t i) { return used[i]; }, vertices);
     report.midpoints = distances(
-        edges.ends.size(), [&](std::size_t e) { return Vector3d((p[edges.ends[e][0]] + p[edges.ends[e][1]]) / 2); }, same, midpoints);
+        edges.ends.size(), [&](std::size_t e) { return Vector3d((p[edges.ends[e][0]] + p[edges.ends[e][1]]) / 2); },
+        same, midpoints);
     report.centroids = distances(
         mesh.triangles.size(),
         [&](std::size_t i) {
@@ -153,7 +159,9 @@ NormalReport Reference::measure_normals(const MeshView& mesh, const DistanceOpti
             const Triangle& corners = mesh.triangles[i];
             const Vector3d normal = normal_of(mesh, corners);
             if (normal.isZero(0)) return near;
-            const auto lean = [&](int facet) { return std::atan2(normals_[facet].cross(normal).norm(), normals_[facet].dot(normal)); };
+            const auto lean = [&](int facet) {
+                return std::atan2(normals_[facet].cross(normal).norm(), normals_[facet].dot(normal));
+            };
             const auto least_lean = [&](const std::vector<int>& facets) {
                 return *std::min_element(facets.begin(), facets.end(), [&](int a, int b) { return lean(a) < lean(b); });
             };
@@ -172,7 +180,8 @@ NormalReport Reference::measure_normals(const MeshView& mesh, const DistanceOpti
                     const int facet = least_lean(at(mesh.points[v]));
                     const auto& [a, b, c] = surface_.triangles[facet];
                     const double distance =
-                        (closest_point(centroid, surface_.points[a], surface_.points[b], surface_.points[c]) - centroid).norm();
+                        (closest_point(centroid, surface_.points[a], surface_.points[b], surface_.points[c]) - centroid)
+                            .norm();
                     corners_facing += faces(facet);
                     if (distance < closest) closest = distance, instead = facet;
                 }

@@ -62,7 +62,9 @@ void measure_valences(const MeshView& mesh, const MeshEdges& edges, ShapeReport&
             report.valence_histogram.add(valence[v]);
         }
     }
-    const auto share = [](std::size_t part, std::size_t whole) { return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole); };
+    const auto share = [](std::size_t part, std::size_t whole) {
+        return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+    };
     report.valence_6 = share(regular, interior_valence.size() + boundary_valence.size());
     report.interior_valence_6 = share(interior_regular, interior_valence.size());
     report.interior_valence = summarise(std::move(interior_valence));
@@ -95,7 +97,8 @@ std::vector<int> valences(const MeshView& mesh, const MeshEdges& edges) {
 }
 
 std::vector<double> adjacent_edge_ratios(const MeshView& mesh, const MeshEdges& edges) {
-    std::vector<double> shortest(mesh.points.size(), std::numeric_limits<double>::infinity()), longest(mesh.points.size(), 0);
+    std::vector<double> shortest(mesh.points.size(), std::numeric_limits<double>::infinity()),
+        longest(mesh.points.size(), 0);
     const std::vector<double> lengths = edge_lengths(mesh, edges);
     for (int e = 0; e < edges.size(); ++e)
         for (const int v : edges.ends[e]) {
@@ -104,8 +107,10 @@ std::vector<double> adjacent_edge_ratios(const MeshView& mesh, const MeshEdges& 
         }
     std::vector<double> ratios(mesh.points.size(), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t v = 0; v < ratios.size(); ++v) {
-        if (shortest[v] == 0) ratios[v] = std::numeric_limits<double>::infinity();
-        else if (std::isfinite(shortest[v])) ratios[v] = longest[v] / shortest[v];
+        if (shortest[v] == 0)
+            ratios[v] = std::numeric_limits<double>::infinity();
+        else if (std::isfinite(shortest[v]))
+            ratios[v] = longest[v] / shortest[v];
     }
     return ratios;
 }

@@ -17,7 +17,7 @@ class Fan {
     Fan(const MeshView& mesh, const MeshEdges& edges) : mesh_(mesh), edges_(edges) {}
 
     struct End {
-        int edge = -1;      ///< where the walk stopped: an edge without exactly two triangles, or the edge it began with
+        int edge = -1;  ///< where the walk stopped: an edge without exactly two triangles, or the edge it began with
         int triangles = 0;  ///< triangles passed
     };
 
@@ -48,7 +48,9 @@ class Fan {
 };
 
 void count_edges(const MeshView& mesh, const MeshEdges& edges, TopologyReport& report) {
-    const auto forward = [&](int use) { return mesh.triangles[use / 3][use % 3] < mesh.triangles[use / 3][(use % 3 + 1) % 3]; };
+    const auto forward = [&](int use) {
+        return mesh.triangles[use / 3][use % 3] < mesh.triangles[use / 3][(use % 3 + 1) % 3];
+    };
     report.edges = edges.ends.size();
     for (int e = 0; e < edges.size(); ++e) {
         const std::span<const int> uses = edges.uses_of(e);
@@ -99,7 +101,8 @@ void count_vertices(const MeshView& mesh, const MeshEdges& edges, TopologyReport
         }
         ++report.vertices;
         report.components += pieces.find(v) == v;
-        // An open fan ends in two border edges, so more of them, or one closed walk that misses a triangle, is more than one fan.
+        // An open fan ends in two border edges, so more of them, or one closed walk that misses a triangle, is more
+        // than one fan.
         const int edge = edges.edge_of[start[v]];
         const bool one_fan =
             borders[v] == 0 ? fan.walk(v, edge, start[v] / 3).triangles == triangles_at[v] : borders[v] == 2;
@@ -176,7 +179,9 @@ TopologyReport measure_topology(const MeshView& mesh, const MeshEdges& edges) {
     report.euler = static_cast<long long>(report.vertices) - static_cast<long long>(report.edges) +
                    static_cast<long long>(report.triangles - report.repeated_corners);
     if (report.oriented_manifold())
-        report.genus = (2 * static_cast<long long>(report.components) - static_cast<long long>(report.boundary_loops) - report.euler) / 2;
+        report.genus = (2 * static_cast<long long>(report.components) - static_cast<long long>(report.boundary_loops) -
+                        report.euler) /
+                       2;
     return report;
 }
 

@@ -39,7 +39,8 @@ void measure_quality(const SurfaceMesh& mesh, AdaptIteration& iteration) {
     iteration.quality_mean = mesh.triangles.empty() ? 0 : sum / static_cast<double>(mesh.triangles.size());
 }
 
-std::vector<double> graded(const TriMesh& mesh, std::vector<double> sizes, const std::optional<GradationOptions>& gradation) {
+std::vector<double> graded(const TriMesh& mesh, std::vector<double> sizes,
+                           const std::optional<GradationOptions>& gradation) {
     if (gradation) grade(mesh, sizes, *gradation);
     return sizes;
 }
@@ -56,8 +57,10 @@ Background background_from_mesh(const PatchModel& model, const SurfaceMesh& mesh
         const Triangle& corners = mesh.triangles[t];
         // The other corners follow from one that lies on the patch; without any, from the nearest point of the patch.
         const auto own = std::find_if(corners.begin(), corners.end(), [&](int v) { return mesh.places[v].patch == p; });
-        const Eigen::Vector3d centre = (mesh.points[corners[0]] + mesh.points[corners[1]] + mesh.points[corners[2]]) / 3;
-        const Eigen::Vector2d start = project(patch, centre, own != corners.end() ? mesh.places[*own].uv : project(patch, centre).uv, true).uv;
+        const Eigen::Vector3d centre =
+            (mesh.points[corners[0]] + mesh.points[corners[1]] + mesh.points[corners[2]]) / 3;
+        const Eigen::Vector2d start =
+            project(patch, centre, own != corners.end() ? mesh.places[*own].uv : project(patch, centre).uv, true).uv;
         std::array<Eigen::Vector2d, 3> uv;
         for (int k = 0; k < 3; ++k) {
             const SurfacePoint& at = mesh.places[corners[k]];

@@ -18,7 +18,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOnSide = 1e-9;  // a barycentric coordinate below this is rounding: the place is on the side, or at the corners, opposite
+constexpr double kOnSide =
+    1e-9;  // a barycentric coordinate below this is rounding: the place is on the side, or at the corners, opposite
 constexpr std::size_t kGrain = 512;
 
 using Weights = std::array<double, 3>;
@@ -27,19 +28,20 @@ Weights weights_of(const SurfacePoint& at) { return {1 - at.uv.x() - at.uv.y(), 
 
 void check_places(const Triangulation& surface, const SurfaceMesh& mesh) {
     if (mesh.places.size() != mesh.points.size())
-        throw std::invalid_argument("carry: " + std::to_string(mesh.places.size()) + " places for " + std::to_string(mesh.points.size()) +
-                                    " vertices");
+        throw std::invalid_argument("carry: " + std::to_string(mesh.places.size()) + " places for " +
+                                    std::to_string(mesh.points.size()) + " vertices");
     const auto triangles = static_cast<int>(surface.soup().triangles.size());
     for (std::size_t v = 0; v < mesh.places.size(); ++v)
         if (const SurfacePoint& at = mesh.places[v]; at.patch < 0 || at.patch >= triangles || !at.uv.allFinite())
-            throw std::invalid_argument("carry: vertex " + std::to_string(v) + " is on triangle " + std::to_string(at.patch) + " of " +
-                                        std::to_string(triangles));
+            throw std::invalid_argument("carry: vertex " + std::to_string(v) + " is on triangle " +
+                                        std::to_string(at.patch) + " of " + std::to_string(triangles));
 }
 
 void check_field(const Field& field, std::size_t count) {
     if (field.components < 1 || field.values.size() != count * static_cast<std::size_t>(field.components))
-        throw std::invalid_argument("carry: field '" + field.name + "' has " + std::to_string(field.values.size()) + " numbers for " +
-                                    std::to_string(count) + " times " + std::to_string(field.components) + " components");
+        throw std::invalid_argument("carry: field '" + field.name + "' has " + std::to_string(field.values.size()) +
+                                    " numbers for " + std::to_string(count) + " times " +
+                                    std::to_string(field.components) + " components");
 }
 
 double interpolated(const Weights& w, const Weights& f) {
@@ -72,7 +74,8 @@ class Walk {
         for (const SurfacePoint& at : corners)
             for_each_at(at, [&](int t) {
                 const Reached reached = end(t, middle);
-                if (reached.distance < best.distance || (reached.distance == best.distance && reached.triangle < best.triangle))
+                if (reached.distance < best.distance ||
+                    (reached.distance == best.distance && reached.triangle < best.triangle))
                     best = reached;
             });
         return best.triangle;
@@ -106,9 +109,11 @@ class Walk {
     void for_each_beside(int t, const Use& use) const {
         for (int start = 3 * t; start < 3 * t + 3; ++start) {
             int h = start;
-            while (mesh_.tag(Connectivity::prev(h)) < 0 && (h = mesh_.rotate(h)) != Connectivity::kNone && h != start) use(h / 3);
+            while (mesh_.tag(Connectivity::prev(h)) < 0 && (h = mesh_.rotate(h)) != Connectivity::kNone && h != start)
+                use(h / 3);
             if (h == start && mesh_.tag(Connectivity::prev(h)) < 0) continue;  // all around
-            for (h = start; mesh_.tag(h) < 0 && mesh_.twin(h) != Connectivity::kNone && (h = Connectivity::next(mesh_.twin(h))) != start;)
+            for (h = start; mesh_.tag(h) < 0 && mesh_.twin(h) != Connectivity::kNone &&
+                            (h = Connectivity::next(mesh_.twin(h))) != start;)
                 use(h / 3);
         }
     }
@@ -131,8 +136,9 @@ class Walk {
         const Spot spot = spot_of(at);
         if (spot.corner < 0) return spot.side >= 0 && mesh_.tag(spot.side) >= 0;
         bool found = false;
-        mesh_.for_each_outgoing(mesh_.origin(spot.corner),
-                                [&](int h) { found = found || mesh_.tag(h) >= 0 || mesh_.tag(Connectivity::prev(h)) >= 0; });
+        mesh_.for_each_outgoing(mesh_.origin(spot.corner), [&](int h) {
+            found = found || mesh_.tag(h) >= 0 || mesh_.tag(Connectivity::prev(h)) >= 0;
+        });
         return found;
     }
 
@@ -151,7 +157,8 @@ class Walk {
 
 }  // namespace
 
-std::vector<Field> carry_point_fields(const Triangulation& surface, std::span<const Field> fields, const SurfaceMesh& mesh) {
+std::vector<Field> carry_point_fields(const Triangulation& surface, std::span<const Field> fields,
+                                      const SurfaceMesh& mesh) {
     check_places(surface, mesh);
     std::vector<Field> carried;
     for (const Field& field : fields) {
@@ -162,7 +169,9 @@ std::vector<Field> carry_point_fields(const Triangulation& surface, std::span<co
         for (const SurfacePoint& at : mesh.places) {
             const Weights w = weights_of(at);
             const Triangle& v = surface.soup().triangles[at.patch];
-            const auto value = [&](int k, std::size_t i) { return field.values[n * static_cast<std::size_t>(v[k]) + i]; };
+            const auto value = [&](int k, std::size_t i) {
+                return field.values[n * static_cast<std::size_t>(v[k]) + i];
+            };
             for (std::size_t i = 0; i < n; ++i) {
                 const double x = interpolated(w, {value(0, i), value(1, i), value(2, i)});
                 to.values.push_back(field.integer ? std::nearbyint(x) : x);
@@ -186,7 +195,8 @@ std::vector<int> triangles_of_input(const Triangulation& surface, const SurfaceM
     return under;
 }
 
-std::vector<Field> carry_cell_fields(const Triangulation& surface, std::span<const Field> fields, const SurfaceMesh& mesh) {
+std::vector<Field> carry_cell_fields(const Triangulation& surface, std::span<const Field> fields,
+                                     const SurfaceMesh& mesh) {
     if (fields.empty()) return {};
     const std::vector<int> under = triangles_of_input(surface, mesh);
     std::vector<Field> carried;

@@ -23,7 +23,8 @@ namespace {
 using Eigen::Vector3d;
 
 // -- Sizes to begin with --
-constexpr double kShareOfEdges = 0.4;  // of the chord error, for the gap over edges: triangles are farther off than their edges
+constexpr double kShareOfEdges =
+    0.4;  // of the chord error, for the gap over edges: triangles are farther off than their edges
 constexpr double kLeastChordError = 1e-10;  // of the largest coordinate: distances much below are lost in rounding
 constexpr double kMostTurn = std::numbers::pi / 3;  // of a curve no larger than the chord error, within one edge
 constexpr double kShareOfBulge = 0.2;               // of the chord error, for the smooth surface over the triangulation
@@ -31,22 +32,26 @@ constexpr double kShareOfBulge = 0.2;               // of the chord error, for t
 // -- When to stop --
 constexpr int kMostDrafts = 3;
 constexpr int kMostLowerings = 24;
-constexpr int kMostAtOnePlace = 8;    // what eight times did not mend there, smaller sizes will not
-constexpr int kStubborn = 3;          // places lowered this often may need features
-constexpr int kSecondChances = 2;     // for places that lower sizes broke
-constexpr int kMostInVain = 6;        // meshes in a row that are no better than those before
-constexpr double kProgress = 0.95;    // of the smallest deviation so far: what counts as better
-constexpr double kSampleShare = 0.75; // of the chord error, for the samples of drafts: what is nearly too far is too far after the final schedule
-constexpr double kAsPrescribed = 0.5;  // of the size that drafts have at prescribed points: what is missed is refined again
-constexpr double kFewFar = 0.01;      // of the triangles, that may be too far off in a draft: the final schedule changes as much
+constexpr int kMostAtOnePlace = 8;  // what eight times did not mend there, smaller sizes will not
+constexpr int kStubborn = 3;        // places lowered this often may need features
+constexpr int kSecondChances = 2;   // for places that lower sizes broke
+constexpr int kMostInVain = 6;      // meshes in a row that are no better than those before
+constexpr double kProgress = 0.95;  // of the smallest deviation so far: what counts as better
+constexpr double kSampleShare =
+    0.75;  // of the chord error, for the samples of drafts: what is nearly too far is too far after the final schedule
+constexpr double kAsPrescribed =
+    0.5;  // of the size that drafts have at prescribed points: what is missed is refined again
+constexpr double kFewFar =
+    0.01;  // of the triangles, that may be too far off in a draft: the final schedule changes as much
 
 // -- How far to lower sizes --
-constexpr double kGoal = 0.8;            // of the chord error: what just keeps it would not after the next smoothing
-constexpr double kSteepest = 0.35;       // least factor: distances far above the limit say little
-constexpr double kLeast = 0.8;           // largest factor: less of a change is none
-constexpr double kPlace = 4;   // width of a place over the chord error
-constexpr double kAtPlace = 1.5;  // sizes: how far around a place where elements are bad
-// Of the length of frozen edges, and slope from there, down to which sizes go: edges of half that length still count as unit beside them.
+constexpr double kGoal = 0.8;       // of the chord error: what just keeps it would not after the next smoothing
+constexpr double kSteepest = 0.35;  // least factor: distances far above the limit say little
+constexpr double kLeast = 0.8;      // largest factor: less of a change is none
+constexpr double kPlace = 4;        // width of a place over the chord error
+constexpr double kAtPlace = 1.5;    // sizes: how far around a place where elements are bad
+// Of the length of frozen edges, and slope from there, down to which sizes go: edges of half that length still count as
+// unit beside them.
 constexpr double kLeastHeld = 0.6;
 constexpr double kSameSize = 1e-6;  // relative: sizes that are not lowered by more are as they were
 
@@ -60,7 +65,9 @@ std::vector<int> triangles_under(std::span<const SurfacePoint> places) {
 
 MeshView view_of(const SurfaceMesh& mesh) { return {mesh.points, mesh.triangles}; }
 
-ReferenceView reference_of(const Triangulation& surface) { return {{surface.soup().points, surface.soup().triangles}, surface.mesh()}; }
+ReferenceView reference_of(const Triangulation& surface) {
+    return {{surface.soup().points, surface.soup().triangles}, surface.mesh()};
+}
 
 // Counts the rounds in which something was done at each place, a cube of some width.
 class RoundsAtPlaces {
@@ -69,7 +76,8 @@ class RoundsAtPlaces {
 
     void begin_round() { ++round_; }
 
-    // Counts this round once, however often it is told of a place. @returns the number of rounds there, and whether this one was counted now
+    // Counts this round once, however often it is told of a place. @returns the number of rounds there, and whether
+    // this one was counted now
     std::pair<int, bool> count(const Vector3d& p) {
         Rounds& rounds = at_[{std::lround(p.x() / width_), std::lround(p.y() / width_), std::lround(p.z() / width_)}];
         const bool is_first = rounds.last < round_;
@@ -110,9 +118,15 @@ class ChordErrorCheck : public MeshChecks {
     using Sizes = std::optional<std::vector<double>>;  // nothing: the mesh is good, or there is no more to do
 
     // @param control  freed once it is not needed any more
-    ChordErrorCheck(const Triangulation& surface, double chord_error, const ChordErrorOptions& options, ChordErrorResult& made,
-                    std::unique_ptr<const ControlSpace>& control)
-        : surface_(surface), chord_error_(chord_error), options_(options), made_(made), control_(control), contacts_(surface.soup()), lowered_at_(kPlace * chord_error) {}
+    ChordErrorCheck(const Triangulation& surface, double chord_error, const ChordErrorOptions& options,
+                    ChordErrorResult& made, std::unique_ptr<const ControlSpace>& control)
+        : surface_(surface),
+          chord_error_(chord_error),
+          options_(options),
+          made_(made),
+          control_(control),
+          contacts_(surface.soup()),
+          lowered_at_(kPlace * chord_error) {}
 
     bool has_limit() const override { return std::isfinite(chord_error_); }
 
@@ -150,7 +164,9 @@ class ChordErrorCheck : public MeshChecks {
         std::vector<double> sizes = mesh.sizes;
         bool any = false;
         for (std::size_t v = 0; v < sizes.size(); ++v) {
-            const auto is_near = [&](const Vector3d& p) { return (p - mesh.points[v]).norm() < kAtPlace * mesh.sizes[v]; };
+            const auto is_near = [&](const Vector3d& p) {
+                return (p - mesh.points[v]).norm() < kAtPlace * mesh.sizes[v];
+            };
             if (std::none_of(places.begin(), places.end(), is_near) || sizes[v] <= options_.hmin) continue;
             sizes[v] = std::max(factor * sizes[v], options_.hmin);
             any = true;
@@ -175,7 +191,8 @@ class ChordErrorCheck : public MeshChecks {
     }
 
     bool allows(const MeshPart& part) override {
-        return !has_limit() || proof().is_kept_by({part.points, part.triangles}, part.changed, triangles_under(part.places), part.fault);
+        return !has_limit() || proof().is_kept_by({part.points, part.triangles}, part.changed,
+                                                  triangles_under(part.places), part.fault);
     }
 
   private:
@@ -189,7 +206,8 @@ class ChordErrorCheck : public MeshChecks {
     Sizes after_draft(const SurfaceMesh& mesh) {
         if (options_.on_check) options_.on_check(mesh);
         if (made_.lowerings == kMostDrafts) return std::nullopt;
-        const std::vector<TooFar> far = proof().target().sample_from(view_of(mesh), kSampleShare * chord_error_, triangles_under(mesh.places));
+        const std::vector<TooFar> far =
+            proof().target().sample_from(view_of(mesh), kSampleShare * chord_error_, triangles_under(mesh.places));
         const bool is_near = static_cast<double>(far.size()) <= kFewFar * static_cast<double>(mesh.triangles.size());
         if (is_near && has_prescribed(mesh)) return std::nullopt;
         if (auto sizes = lower_sizes(mesh, far, {})) return sizes;
@@ -202,7 +220,8 @@ class ChordErrorCheck : public MeshChecks {
         if (auto sizes = lower_sizes(mesh, at_fault, in_vain)) return sizes;
         // What broke may not break again once all around it has changed.
         const std::pair chance(at_fault.size(), proved_.deviation.bound());
-        if (in_vain.empty() || second_chances_ == 0 || std::exchange(last_chance_, chance) == chance) return std::nullopt;
+        if (in_vain.empty() || second_chances_ == 0 || std::exchange(last_chance_, chance) == chance)
+            return std::nullopt;
         --second_chances_;
         return lower_sizes(mesh, at_fault, {});
     }
@@ -227,7 +246,8 @@ class ChordErrorCheck : public MeshChecks {
         return sizes;
     }
 
-    // Makes sizes what they are to be beside each other, at prescribed points and at frozen edges. @returns false where that left nothing lower
+    // Makes sizes what they are to be beside each other, at prescribed points and at frozen edges. @returns false where
+    // that left nothing lower
     bool settle(const SurfaceMesh& mesh, std::vector<double>& sizes) {
         lower_to_prescribed(options_.prescribed, mesh.points, sizes);
         if (options_.gradation) grade_again(mesh, sizes);
@@ -247,7 +267,8 @@ class ChordErrorCheck : public MeshChecks {
     }
 
     // At the corners of triangles that are too far off. @returns whether any size was lowered
-    bool lower_at(const SurfaceMesh& mesh, std::span<const TooFar> far, std::span<const Vector3d> in_vain, std::vector<double>& sizes) {
+    bool lower_at(const SurfaceMesh& mesh, std::span<const TooFar> far, std::span<const Vector3d> in_vain,
+                  std::vector<double>& sizes) {
         bool any = false;
         lowered_at_.begin_round();
         for (const TooFar& f : far) {
@@ -265,7 +286,8 @@ class ChordErrorCheck : public MeshChecks {
         return any;
     }
 
-    // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones, where that did not do.
+    // Gaps fall with the square of the size on smooth parts, and with the size itself on sharp ones, where that did not
+    // do.
     double factor_for(double distance, int times) const {
         const double power = times == 1 || made_.lowerings < kMostDrafts ? 0.5 : 1;
         return std::clamp(std::pow(kGoal * chord_error_ / std::max(distance, chord_error_), power), kSteepest, kLeast);
@@ -274,11 +296,14 @@ class ChordErrorCheck : public MeshChecks {
     // A bound on triangles holds on their edges too, so Full needs no more, and no TriMesh, which takes long to build.
     void grade_again(const SurfaceMesh& mesh, std::vector<double>& sizes) const {
         const GradationOptions& gradation = *options_.gradation;
-        if (gradation.method == GradationMethod::Full) limit_gradient(mesh.points, mesh.triangles, gradient_bound(gradation), sizes);
-        else grade(make_mesh(mesh.points, mesh.triangles), sizes, gradation);
+        if (gradation.method == GradationMethod::Full)
+            limit_gradient(mesh.points, mesh.triangles, gradient_bound(gradation), sizes);
+        else
+            grade(make_mesh(mesh.points, mesh.triangles), sizes, gradation);
     }
 
-    // Raises sizes beside frozen edges, where smaller elements are no way out. @returns whether any is still below that of the mesh
+    // Raises sizes beside frozen edges, where smaller elements are no way out. @returns whether any is still below that
+    // of the mesh
     static bool hold_frozen(const SurfaceMesh& mesh, std::vector<double>& sizes) {
         const Connectivity connectivity(static_cast<int>(mesh.points.size()), mesh.triangles);
         std::vector<double> held =
@@ -310,13 +335,17 @@ class ChordErrorCheck : public MeshChecks {
 void check_arguments(const Triangulation& surface, double chord_error, const ChordErrorOptions& options) {
     const double least = least_chord_error(surface.soup().points);
     if (chord_error > 0 && chord_error < least)
-        throw std::invalid_argument(fmt::format("remesh_within: chord error is {:g}, below {:.3g}, what distances are rounded to", chord_error, least));
-    if (!(chord_error > 0)) throw std::invalid_argument("remesh_within: chord error is " + std::to_string(chord_error) + ", not above 0");
-    if (!(options.hmin >= 0)) throw std::invalid_argument("remesh_within: hmin is " + std::to_string(options.hmin) + ", below 0");
+        throw std::invalid_argument(fmt::format(
+            "remesh_within: chord error is {:g}, below {:.3g}, what distances are rounded to", chord_error, least));
+    if (!(chord_error > 0))
+        throw std::invalid_argument("remesh_within: chord error is " + std::to_string(chord_error) + ", not above 0");
+    if (!(options.hmin >= 0))
+        throw std::invalid_argument("remesh_within: hmin is " + std::to_string(options.hmin) + ", below 0");
     if (!options.gradation) return;
     gradient_bound(*options.gradation);  // throws for bad bounds
     if (!options.gradation->required.empty())
-        throw std::invalid_argument("remesh_within: sizes are required at vertices of the map, which later meshes do not have");
+        throw std::invalid_argument(
+            "remesh_within: sizes are required at vertices of the map, which later meshes do not have");
 }
 
 }  // namespace
@@ -344,8 +373,8 @@ ChordErrorResult remesh_within(const Triangulation& surface, TriangulationBackgr
     map.sizes = {};
     ChordErrorCheck checks(surface, chord_error, options, made, control);
     const SmoothSupport support = surface.support({.largest_bulge = kShareOfBulge * chord_error});
-    made.result =
-        remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, *control, map.cells, options.remesh, &checks);
+    made.result = remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, *control,
+                         map.cells, options.remesh, &checks);
     if (!checks.has_limit()) made.kept = true;
     SurfaceMesh& mesh = made.result.mesh;
     mesh.dimension = surface.soup().dimension;

@@ -19,7 +19,8 @@ struct Integral {
 
 class Integrator {
   public:
-    Integrator(const PatchModel& model, const ControlSpace& control, int curve) : model_(model), control_(control), curve_(curve) {
+    Integrator(const PatchModel& model, const ControlSpace& control, int curve)
+        : model_(model), control_(control), curve_(curve) {
         cell_ = control.locate(model.on_curve(curve, 0, 0));
     }
 
@@ -44,7 +45,8 @@ class Integrator {
         const Domain domain = patch.domain();
         const Jet1 jet = patch.jet1(at.uv);
         const bool along = along_u(model_.curves()[curve_].uses[0].side);
-        const double speed = along ? jet.du.norm() * (domain.max.x() - domain.min.x()) : jet.dv.norm() * (domain.max.y() - domain.min.y());
+        const double speed = along ? jet.du.norm() * (domain.max.x() - domain.min.x())
+                                   : jet.dv.norm() * (domain.max.y() - domain.min.y());
         return speed / control_.size(jet.p, cell_);
     }
 
@@ -92,8 +94,8 @@ std::vector<std::vector<double>> discretise_curves(const PatchModel& model, cons
         if (curves[c].kind == CurveKind::Pole) continue;
         integrals[c] = Integrator(model, control, static_cast<int>(c)).run();
         const auto [a, b] = std::minmax(curves[c].ends[0], curves[c].ends[1]);
-        // A curve that returns to its start needs three pieces, two curves between the same vertices two each, and so does a
-        // seam: the patch lies on both its sides.
+        // A curve that returns to its start needs three pieces, two curves between the same vertices two each, and so
+        // does a seam: the patch lies on both its sides.
         const bool seam = curves[c].uses.size() == 2 && curves[c].uses[0].patch == curves[c].uses[1].patch;
         pieces[c] = std::max(a == b ? 3 : seam ? 2 : 1, static_cast<int>(std::lround(integrals[c].length.back())));
         if (pieces[c] == 1 && ++straight[{a, b}] > 1) pieces[c] = 2;

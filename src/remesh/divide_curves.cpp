@@ -9,13 +9,14 @@ namespace gradus {
 
 namespace {
 
-// Mean metric length of the edges of a mesh whose triangles have the areas asked for: theirs is a little above one where sizes grow.
+// Mean metric length of the edges of a mesh whose triangles have the areas asked for: theirs is a little above one
+// where sizes grow.
 constexpr double kMeanLength = 1.04;
 constexpr double kLongestMerged = 2.2;  // metric length of two edges that become one, before the run is evened out
 constexpr int kMostPasses = 8;          // of merging, or halving, and evening out
 constexpr int kSweepsBetween = 6, kSweepsAtLast = 20;
-constexpr double kEven = 0.02;          // moves over the size that end the evening out
-constexpr int kApart = 4;               // edges between two that are merged, or halved, in one pass
+constexpr double kEven = 0.02;  // moves over the size that end the evening out
+constexpr int kApart = 4;       // edges between two that are merged, or halved, in one pass
 
 // Vertices in a row along a feature curve; those between the ends slide.
 struct Run {
@@ -70,7 +71,8 @@ std::vector<Run> list_runs(const Editor& editor, const OptimiseOptions& options)
 
 std::vector<double> lengths_of(const Editor& editor, const Run& run) {
     std::vector<double> lengths;
-    for (int i = 0; i < run.num_edges(); ++i) lengths.push_back(editor.length(editor.mesh().find_edge(run.vertices[i], run.vertices[i + 1])));
+    for (int i = 0; i < run.num_edges(); ++i)
+        lengths.push_back(editor.length(editor.mesh().find_edge(run.vertices[i], run.vertices[i + 1])));
     return lengths;
 }
 
@@ -102,7 +104,9 @@ class Picks {
             if (taken == most) break;
             if (is_near_[at] || !take(at)) continue;
             ++taken;
-            for (int i = std::max(0, at - kApart); i <= std::min(at + kApart, static_cast<int>(is_near_.size()) - 1); ++i) is_near_[i] = 1;
+            for (int i = std::max(0, at - kApart); i <= std::min(at + kApart, static_cast<int>(is_near_.size()) - 1);
+                 ++i)
+                is_near_[i] = 1;
         }
         return taken;
     }

@@ -12,24 +12,31 @@ namespace gradus {
 
 namespace {
 
-constexpr int kMostSpokes = 40;      // vertices of higher valence are left to flips first
-constexpr double kStillMoves = 2e-3; // moves below this fraction of the size are not worth making
+constexpr int kMostSpokes = 40;       // vertices of higher valence are left to flips first
+constexpr double kStillMoves = 2e-3;  // moves below this fraction of the size are not worth making
 constexpr int kPairRounds = 4;
 constexpr double kPush = 0.4;  // of an edge
 constexpr int kMendRounds = 3;
 constexpr std::size_t kMostWays = 40;  // to mend a fault, that the guard is asked for
-constexpr double kBadlyMended = 1e5;   // energy around, where it was not more before: that of a triangle of a quality of .25
-constexpr double kOpposed = 0.2;  // cosine of the angle between normals: the ends of an edge may be on the two walls of a crevice
-constexpr double kDeep = 0.5;     // over the size
-constexpr double kLongestBridge2 = 1;     // of the halves, squared, over the edge that is split, where its ends are on the walls of a crevice
-constexpr double kLongestHalf2 = 0.72;    // squared, over the edge that is split
-constexpr double kFarthestMiddle2 = 0.3;  // the same on a feature curve, which may be half a circle
+constexpr double kBadlyMended =
+    1e5;  // energy around, where it was not more before: that of a triangle of a quality of .25
+constexpr double kOpposed =
+    0.2;  // cosine of the angle between normals: the ends of an edge may be on the two walls of a crevice
+constexpr double kDeep = 0.5;  // over the size
+constexpr double kLongestBridge2 =
+    1;  // of the halves, squared, over the edge that is split, where its ends are on the walls of a crevice
+constexpr double kLongestHalf2 = 0.72;       // squared, over the edge that is split
+constexpr double kFarthestMiddle2 = 0.3;     // the same on a feature curve, which may be half a circle
 constexpr double kLongestByCollapse = 1.85;  // in the metric
-constexpr double kAboutAsLong = 1.05;        // over what it was: edges that are too long anyway, as those across a row of needles
-constexpr double kBadEnergy = 1.13;   // of a triangle (a quality of about .89) that is worth a search without derivatives
+constexpr double kAboutAsLong =
+    1.05;  // over what it was: edges that are too long anyway, as those across a row of needles
+constexpr double kBadEnergy =
+    1.13;  // of a triangle (a quality of about .89) that is worth a search without derivatives
 constexpr double kWorseByHalving = 1.6;  // energy over that of the whole: a needle's halves are up to 1.5 times as bad
-constexpr float kSharpCrease = 0.67f;  // lean of creases, to which triangles agree that turn by 84 degrees from what is the other way around: 96 degrees
-constexpr double kLegalEnergy = 12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
+constexpr float kSharpCrease = 0.67f;  // lean of creases, to which triangles agree that turn by 84 degrees from what is
+                                       // the other way around: 96 degrees
+constexpr double kLegalEnergy =
+    12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
 
 // First and second derivatives of the energy sum in a tangent plane.
 struct Derivatives {
@@ -39,7 +46,8 @@ struct Derivatives {
 };
 
 // Adds triangle (x, a, b), with alpha and beta the edges to a and b in the plane (u, v).
-void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen::Vector3d& u, const Eigen::Vector3d& v, Aim aim, Derivatives& sum) {
+void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
+                  Aim aim, Derivatives& sum) {
     const Eigen::Vector3d ea = a.p - x.p, eb = b.p - x.p;
     const double ax = ea.dot(u), ay = ea.dot(v), bx = eb.dot(u), by = eb.dot(v);
     const Eigen::Vector3d n = ea.cross(eb);
@@ -100,10 +108,14 @@ void add_edge(const Vertex& x, const Vertex& a, const Eigen::Vector3d& u, Aim ai
 // Normal, as long as twice the area.
 Eigen::Vector3d area_vector(const Vertex& a, const Vertex& b, const Vertex& c) { return (b.p - a.p).cross(c.p - a.p); }
 
-// Corners and sharp creases do not know on which side the surface is: between three of their vertices, beside a notch, a triangle may be outside.
-bool may_be_outside(const Vertex& a, const Vertex& b, const Vertex& c) { return a.lean < kSharpCrease && b.lean < kSharpCrease && c.lean < kSharpCrease; }
+// Corners and sharp creases do not know on which side the surface is: between three of their vertices, beside a notch,
+// a triangle may be outside.
+bool may_be_outside(const Vertex& a, const Vertex& b, const Vertex& c) {
+    return a.lean < kSharpCrease && b.lean < kSharpCrease && c.lean < kSharpCrease;
+}
 
-// What an operation may make of the triangles that it replaces: none that is degenerate or folded, unless one of those was worse.
+// What an operation may make of the triangles that it replaces: none that is degenerate or folded, unless one of those
+// was worse.
 class Legality {
   public:
     explicit Legality(double size_weight = kSizeWeight) : size_weight_(size_weight) {}
@@ -116,7 +128,8 @@ class Legality {
     }
     // @param instead_of  normal of what the triangle that comes is in the place of, of any length
     // @param worse       by how much its energy may be above that of those that went
-    bool allows(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& instead_of, double worse = 1) const {
+    bool allows(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& instead_of,
+                double worse = 1) const {
         const double energy = triangle_energy(a, b, c, size_weight_);
         if (may_be_outside(a, b, c) && !(area_vector(a, b, c).dot(instead_of) > 0)) return false;
         // Needles have a large energy too, which is no leave to fold.
@@ -177,8 +190,11 @@ void Editor::set_vertex(int v, const Vertex& x) {
 
 double Editor::ring_energy(int v, const Vertex& x, Aim aim) const {
     double sum = 0;
-    mesh_.for_each_outgoing(v, [&](int h) { sum += weighted(triangle_energy(x, vertices_[mesh_.target(h)], vertices_[mesh_.apex(h)]), aim); });
-    if (x.bound == Bound::Curve) for_each_on_curve(v, [&](int other) { sum += weighted(edge_energy(x, vertices_[other]), aim); });
+    mesh_.for_each_outgoing(v, [&](int h) {
+        sum += weighted(triangle_energy(x, vertices_[mesh_.target(h)], vertices_[mesh_.apex(h)]), aim);
+    });
+    if (x.bound == Bound::Curve)
+        for_each_on_curve(v, [&](int other) { sum += weighted(edge_energy(x, vertices_[other]), aim); });
     return sum;
 }
 
@@ -187,7 +203,8 @@ bool Editor::turns_over(int v, const Vertex& moved) const {
     if (moved.lean < kSharpCrease)
         mesh_.for_each_outgoing(v, [&](int h) {
             const Vertex &a = vertices_[mesh_.target(h)], &b = vertices_[mesh_.apex(h)];
-            any = any || (may_be_outside(moved, a, b) && !(area_vector(moved, a, b).dot(area_vector(vertices_[v], a, b)) > 0));
+            any = any ||
+                  (may_be_outside(moved, a, b) && !(area_vector(moved, a, b).dot(area_vector(vertices_[v], a, b)) > 0));
         });
     return any;
 }
@@ -243,7 +260,8 @@ double Editor::relax(int v, Aim aim) {
     }
     const auto moved_by = [&](double along_u, double along_w) -> std::optional<Vertex> {
         const Eigen::Vector3d target = x.p + along_u * u + along_w * w;
-        const std::optional<Foot> foot = x.bound == Bound::Curve ? support_.slide(x.place, target) : support_.move(x.place, x.p, target);
+        const std::optional<Foot> foot =
+            x.bound == Bound::Curve ? support_.slide(x.place, target) : support_.move(x.place, x.p, target);
         if (!foot) return std::nullopt;
         Vertex moved = x;
         take_foot(moved, *foot);
@@ -278,9 +296,12 @@ double Editor::relax(int v, Aim aim) {
 
 double Editor::centre(int v, int a, int b) {
     const Vertex& x = vertices_[v];
-    const auto length_to = [&](int other) { return metric_length((vertices_[other].p - x.p).norm(), vertices_[other].h, x.h); };
+    const auto length_to = [&](int other) {
+        return metric_length((vertices_[other].p - x.p).norm(), vertices_[other].h, x.h);
+    };
     const double to_a = length_to(a), to_b = length_to(b);
-    const Eigen::Vector3d step = to_a > to_b ? (to_a - to_b) / (2 * to_a) * (vertices_[a].p - x.p) : (to_b - to_a) / (2 * to_b) * (vertices_[b].p - x.p);
+    const Eigen::Vector3d step = to_a > to_b ? (to_a - to_b) / (2 * to_a) * (vertices_[a].p - x.p)
+                                             : (to_b - to_a) / (2 * to_b) * (vertices_[b].p - x.p);
     if (!(step.norm() > kStillMoves * x.h)) return 0;
     const std::optional<Foot> foot = support_.slide(x.place, x.p + step);
     if (!foot) return 0;
@@ -311,7 +332,8 @@ int Editor::least_valence(int v) const {
 int Editor::flip_gain(int h) const {
     const int g = mesh_.twin(h);
     const auto change = [&](int v, int by) { return valence_penalty(v, 0) - valence_penalty(v, by); };
-    return change(mesh_.origin(h), -1) + change(mesh_.target(h), -1) + change(mesh_.apex(h), 1) + change(mesh_.apex(g), 1);
+    return change(mesh_.origin(h), -1) + change(mesh_.target(h), -1) + change(mesh_.apex(h), 1) +
+           change(mesh_.apex(g), 1);
 }
 
 int Editor::collapse_gain(int h) const {
@@ -332,15 +354,18 @@ bool Editor::can_flip(int h) const {
 }
 
 double Editor::flip_height(int h) const {
-    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(mesh_.twin(h))];
+    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)],
+                 &d = vertices_[mesh_.apex(mesh_.twin(h))];
     const Eigen::Vector3d n = (w.p - v.p).cross(d.p - c.p);
     const double length = n.norm();
-    return length > 0 ? std::abs((c.p - v.p).dot(n)) / (length * std::min({v.h, w.h, c.h, d.h})) : std::numeric_limits<double>::infinity();
+    return length > 0 ? std::abs((c.p - v.p).dot(n)) / (length * std::min({v.h, w.h, c.h, d.h}))
+                      : std::numeric_limits<double>::infinity();
 }
 
 double Editor::flip_rise(int h, double enough) const {
     const int g = mesh_.twin(h);
-    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
+    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)],
+                 &d = vertices_[mesh_.apex(g)];
     const double before = triangle_energy(v, w, c) + triangle_energy(w, v, d);
     // No triangle has less than 1.
     if (2 - before >= enough) return 2 - before;
@@ -355,7 +380,8 @@ bool Editor::bridges(const Vertex& a, const Vertex& b) const {
 
 bool Editor::flip(int h) {
     const int g = mesh_.twin(h);
-    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)], &d = vertices_[mesh_.apex(g)];
+    const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)],
+                 &d = vertices_[mesh_.apex(g)];
     Legality legality;
     legality.had(v, w, c);
     legality.had(w, v, d);
@@ -374,7 +400,9 @@ bool Editor::can_collapse(int h) const {
     const auto left = [&](int x) { return mesh_.valence(x) > least_valence(x); };
     if (!left(mesh_.apex(h)) || (g >= 0 && !left(mesh_.apex(g)))) return false;
     // The two edges that become one on either side must not both be features.
-    const auto clash = [&](int side) { return mesh_.tag(Connectivity::next(side)) >= 0 && mesh_.tag(Connectivity::prev(side)) >= 0; };
+    const auto clash = [&](int side) {
+        return mesh_.tag(Connectivity::next(side)) >= 0 && mesh_.tag(Connectivity::prev(side)) >= 0;
+    };
     return !clash(h) && !(g >= 0 && clash(g));
 }
 
@@ -389,11 +417,14 @@ bool Editor::collapse(int h, double longest_on_curve) {
         const double most = on_curve ? longest_on_curve : kLongestByCollapse;
         const Vertex &x = vertices_[other], &from = vertices_[v];
         const double length = (x.p - w.p).norm();
-        if (length > most * std::min(x.h, w.h) && metric_length(length, x.h, w.h) > most && (on_curve || length > kAboutAsLong * (x.p - from.p).norm())) legal = false;
+        if (length > most * std::min(x.h, w.h) && metric_length(length, x.h, w.h) > most &&
+            (on_curve || length > kAboutAsLong * (x.p - from.p).norm()))
+            legal = false;
     });
     if (!legal) return false;
     Legality legality;
-    mesh_.for_each_outgoing(v, [&](int e) { legality.had(vertices_[v], vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]); });
+    mesh_.for_each_outgoing(
+        v, [&](int e) { legality.had(vertices_[v], vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]); });
     mesh_.for_each_outgoing(v, [&](int e) {
         const Vertex &a = vertices_[mesh_.target(e)], &b = vertices_[mesh_.apex(e)];
         const bool vanishes = e == h || (g >= 0 && e == Connectivity::next(g));
@@ -435,19 +466,24 @@ int Editor::split(int h) {
             if (!foot) return -1;
         }
         // On a sharply curved part the middle of the chord may be reached on another sheet.
-        if (std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) > longest2 * (va.p - vb.p).squaredNorm()) return -1;
+        if (std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) >
+            longest2 * (va.p - vb.p).squaredNorm())
+            return -1;
         take_foot(m, *foot);
     }
     const int g = mesh_.twin(h);
     Legality legality(0);  // where sizes are much smaller than the triangle, that is to be divided
     for (const int side : {h, g})
-        if (side >= 0) legality.had(vertices_[mesh_.origin(side)], vertices_[mesh_.target(side)], vertices_[mesh_.apex(side)]);
+        if (side >= 0)
+            legality.had(vertices_[mesh_.origin(side)], vertices_[mesh_.target(side)], vertices_[mesh_.apex(side)]);
     // Of a needle's halves one is worse than the whole was, until the other long side is split too.
     for (const int side : {h, g}) {
         if (side < 0) continue;
-        const Vertex &a = vertices_[mesh_.origin(side)], &b = vertices_[mesh_.target(side)], &c = vertices_[mesh_.apex(side)];
+        const Vertex &a = vertices_[mesh_.origin(side)], &b = vertices_[mesh_.target(side)],
+                     &c = vertices_[mesh_.apex(side)];
         const Eigen::Vector3d whole = area_vector(a, b, c);
-        if (!legality.allows(a, m, c, whole, kWorseByHalving) || !legality.allows(m, b, c, whole, kWorseByHalving)) return -1;
+        if (!legality.allows(a, m, c, whole, kWorseByHalving) || !legality.allows(m, b, c, whole, kWorseByHalving))
+            return -1;
     }
     const int v = mesh_.split(h);
     if (v >= static_cast<int>(vertices_.size())) vertices_.resize(v + 1);
@@ -516,10 +552,14 @@ bool Editor::begin(Trial& trial, Operation operation, int h) {
     mesh_.record(&trial.journal);
     recording_ = &trial;
     switch (operation) {
-        case Operation::Move: return true;
-        case Operation::Push: return push(h);
-        case Operation::Flip: return flip(h);
-        case Operation::Collapse: return collapse(h);
+        case Operation::Move:
+            return true;
+        case Operation::Push:
+            return push(h);
+        case Operation::Flip:
+            return flip(h);
+        case Operation::Collapse:
+            return collapse(h);
         case Operation::Split: {
             const int fresh = split(h);
             if (fresh >= 0) trial.around.insert(trial.around.begin(), fresh);
@@ -607,7 +647,9 @@ bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
         for (const Operation second : {Operation::Flip, Operation::Collapse, Operation::Split}) {
             if (!is_first && second != Operation::Collapse) continue;
             const double l = length(e);
-            const bool possible = second == Operation::Flip ? can_flip(e) : second == Operation::Collapse ? l < 1 && can_collapse(e) : l > 1;
+            const bool possible = second == Operation::Flip       ? can_flip(e)
+                                  : second == Operation::Collapse ? l < 1 && can_collapse(e)
+                                                                  : l > 1;
             if (!possible) continue;
             // Those that worsen valences, or the energy by much, rarely turn out well.
             const bool hopeful = second == Operation::Flip       ? flip_gain(e) >= 0 && flip_rise(e) < kHopefulRise
@@ -623,7 +665,8 @@ bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
 }
 
 // @param inner  vertices that relax  @param region  those around which the energy is to be below `enough`
-bool Editor::attempt_second(Operation second, int h, const std::vector<int>& inner, std::vector<int>& region, double enough, double mean) {
+bool Editor::attempt_second(Operation second, int h, const std::vector<int>& inner, std::vector<int>& region,
+                            double enough, double mean) {
     Trial& trial = trials_[1];
     bool done = begin(trial, second, h);
     if (done) {
@@ -645,13 +688,17 @@ bool Editor::attempt_second(Operation second, int h, const std::vector<int>& inn
         region.resize(known);
         trial.around = around;
     }
-    if (done) keep(trial);
-    else roll_back(trial);
+    if (done)
+        keep(trial);
+    else
+        roll_back(trial);
     return done;
 }
 
-// Applies a way to mend and relaxes what is around, recording; a vertex that comes is added. @returns the energy around that leaves
-std::optional<double> Editor::try_mending(const Mending& mending, const Eigen::Vector3d& fault, int rounds, std::vector<int>& around) {
+// Applies a way to mend and relaxes what is around, recording; a vertex that comes is added. @returns the energy around
+// that leaves
+std::optional<double> Editor::try_mending(const Mending& mending, const Eigen::Vector3d& fault, int rounds,
+                                          std::vector<int>& around) {
     if (!begin(trials_[0], mending.operation, mending.halfedge)) return std::nullopt;
     const bool comes = mending.operation == Operation::Split;
     const int moved = comes ? trials_[0].around.front() : mesh_.origin(mending.halfedge);
@@ -670,7 +717,8 @@ bool Editor::mend(const std::vector<int>& corners, const Eigen::Vector3d& fault)
     std::vector<std::pair<double, Mending>> ways;
     const auto offer = [&](const Mending& way) {
         std::vector<int> around = region;
-        if (const auto energy = try_mending(way, fault, 1, around); energy && *energy < most) ways.emplace_back(*energy, way);
+        if (const auto energy = try_mending(way, fault, 1, around); energy && *energy < most)
+            ways.emplace_back(*energy, way);
         roll_back(trials_[0]);
     };
     for (const int v : corners) {

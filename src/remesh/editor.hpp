@@ -1,4 +1,5 @@
-// The mesh under local operations: connectivity, vertices that know their place on the surface, and the energy they lower.
+// The mesh under local operations: connectivity, vertices that know their place on the surface, and the energy they
+// lower.
 #pragma once
 
 #include "gradus/mesh/connectivity.hpp"
@@ -22,13 +23,13 @@ enum class Bound : char {
 
 struct alignas(64) Vertex {
     Eigen::Vector3d p;
-    double h = 1;  // size asked for
+    double h = 1;       // size asked for
     Eigen::Vector3d n;  // unit normal of the surface
-    double g = 1;  // h^(2/3): the mean h^2 of a triangle is the product of three
+    double g = 1;       // h^(2/3): the mean h^2 of a triangle is the product of three
     Place place;
     Bound bound = Bound::Free;
-    // Cosine of the angle between n and the normals that the surface has here: 1 where it has one, less on creases, and kAnyNormal
-    // at corners, which are not held against their triangles.
+    // Cosine of the angle between n and the normals that the surface has here: 1 where it has one, less on creases, and
+    // kAnyNormal at corners, which are not held against their triangles.
     float lean = 1;
 };
 inline constexpr float kAnyNormal = -1;
@@ -52,14 +53,15 @@ inline void take_foot(Vertex& v, const Foot& foot) {
     v.lean = static_cast<float>(foot.lean);
 }
 
-// Energy of a triangle: 1 / (area-length quality), plus a term that is 0 where its area is the one asked for, plus a penalty where
-// it turns away from the surface. 1 for the ideal triangle. [remeshing notes; shape term: Bank & Smith 1997]
+// Energy of a triangle: 1 / (area-length quality), plus a term that is 0 where its area is the one asked for, plus a
+// penalty where it turns away from the surface. 1 for the ideal triangle. [remeshing notes; shape term: Bank & Smith
+// 1997]
 inline constexpr double kSizeWeight = 0.1;
 inline constexpr double kFoldCosine = 0.56;  // triangles may turn this far (56 degrees) from the surface unpunished
 inline constexpr double kFoldWeight = 60;
 
-// The size term by m, area over the area asked for: (m + 1/m) / 2 - 1, continued by its tangent below kTiny, so that a surface
-// much smaller than its sizes is still meshed by shape.
+// The size term by m, area over the area asked for: (m + 1/m) / 2 - 1, continued by its tangent below kTiny, so that a
+// surface much smaller than its sizes is still meshed by shape.
 inline constexpr double kTiny = 1.0 / 16;
 struct SizeTerm {
     double value, slope, curvature;
@@ -73,15 +75,19 @@ inline SizeTerm size_term(double m) {
     return {value + slope * (m - kTiny), slope, 0};
 }
 
-inline double fold_penalty(double cosine) { return cosine < kFoldCosine ? kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine) : 0; }
+inline double fold_penalty(double cosine) {
+    return cosine < kFoldCosine ? kFoldWeight * (kFoldCosine - cosine) * (kFoldCosine - cosine) : 0;
+}
 
-// Cosine of the angle by which a triangle turns from the surface, at the corner where it is largest. @param facing  its unit normal
+// Cosine of the angle by which a triangle turns from the surface, at the corner where it is largest. @param facing  its
+// unit normal
 inline double least_agreement(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& facing) {
     return std::min({agreement(a, facing), agreement(b, facing), agreement(c, facing)});
 }
 
 // Penalty of a triangle with the normal n, as long as twice the area.
-inline double turn_penalty(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& n, double twice_area) {
+inline double turn_penalty(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& n,
+                           double twice_area) {
     // Agreements are no less than the cosines with the vertices' normals, and most triangles do not turn that far.
     if (std::min({n.dot(a.n), n.dot(b.n), n.dot(c.n)}) >= kFoldCosine * twice_area) return 0;
     return fold_penalty(least_agreement(a, b, c, n / twice_area));
@@ -90,12 +96,14 @@ inline double turn_penalty(const Vertex& a, const Vertex& b, const Vertex& c, co
 // @param size_weight  0 for the shape alone
 inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c, double size_weight = kSizeWeight) {
     const Eigen::Vector3d e1 = b.p - a.p, e2 = c.p - a.p;
-    const Eigen::Vector3d n(e1.y() * e2.z() - e1.z() * e2.y(), e1.z() * e2.x() - e1.x() * e2.z(), e1.x() * e2.y() - e1.y() * e2.x());
+    const Eigen::Vector3d n(e1.y() * e2.z() - e1.z() * e2.y(), e1.z() * e2.x() - e1.x() * e2.z(),
+                            e1.x() * e2.y() - e1.y() * e2.x());
     const double twice_area = std::sqrt(n.squaredNorm());
     if (!(twice_area > 0)) return 1e30;
     const double lengths = e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm();
     const double m = twice_area * (2 / 1.7320508075688772) / (a.g * b.g * c.g);
-    return lengths / (2 * 1.7320508075688772 * twice_area) + size_weight * size_term(m).value + turn_penalty(a, b, c, n, twice_area);
+    return lengths / (2 * 1.7320508075688772 * twice_area) + size_weight * size_term(m).value +
+           turn_penalty(a, b, c, n, twice_area);
 }
 
 // Energy of a fan, for the aim at the worst: edges at a vertex are not to differ by much.
@@ -111,7 +119,8 @@ inline double edge_energy(const Vertex& a, const Vertex& b) {
 // Area-length quality, 1 for equilateral.
 inline double triangle_quality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
     const Eigen::Vector3d e1 = b - a, e2 = c - a;
-    return 2 * 1.7320508075688772 * e1.cross(e2).norm() / (e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm());
+    return 2 * 1.7320508075688772 * e1.cross(e2).norm() /
+           (e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm());
 }
 
 // High powers make the worst triangle rule.
@@ -131,7 +140,8 @@ inline void add_once(std::vector<int>& list, int item) {
     if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
 }
 
-// Adds the half-edges that leave some vertices, and those opposite to them in their triangles, that are not in the list yet.
+// Adds the half-edges that leave some vertices, and those opposite to them in their triangles, that are not in the list
+// yet.
 template <class Vertices>
 void add_halfedges_around(const Connectivity& mesh, const Vertices& vertices, std::vector<int>& halfedges) {
     for (const int v : vertices)
@@ -141,7 +151,8 @@ void add_halfedges_around(const Connectivity& mesh, const Vertices& vertices, st
         });
 }
 
-// Calls use(half-edge, whether it is the first of its edge) for each in a list, until that returns true. @returns whether it did
+// Calls use(half-edge, whether it is the first of its edge) for each in a list, until that returns true. @returns
+// whether it did
 template <class Use>
 bool any_halfedge(const Connectivity& mesh, const std::vector<int>& halfedges, const Use& use) {
     for (auto at = halfedges.begin(); at != halfedges.end(); ++at)
@@ -160,8 +171,8 @@ class Editor {
 
     double energy(int t) const;
     double quality(int t) const;
-    double unit_area(int t) const;  // over the area asked for
-    double length(int h) const;  // in the metric
+    double unit_area(int t) const;                                          // over the area asked for
+    double length(int h) const;                                             // in the metric
     double longest_length(int h) const { return bound_length<true>(h); }    // at least length(h), and cheap
     double shortest_length(int h) const { return bound_length<false>(h); }  // at most
 
@@ -169,8 +180,8 @@ class Editor {
     // Returns the distance moved over the size (0 when it stayed).
     double relax(int v, Aim aim = Aim::Mean);
 
-    // Moves a vertex of a feature curve half way, in the metric, between two of its neighbours, unless a triangle would degenerate or fold.
-    // Returns the same.
+    // Moves a vertex of a feature curve half way, in the metric, between two of its neighbours, unless a triangle would
+    // degenerate or fold. Returns the same.
     double centre(int v, int a, int b);
 
     // Calls of relax so far: a measure of the work done that is the same on every machine.
@@ -190,7 +201,8 @@ class Editor {
     bool collapse(int h, double longest_on_curve = std::numbers::sqrt2);
     int split(int h);  // the new vertex, or -1
 
-    // By how much the energy of the two triangles of h would rise; where that is `enough` or more, something between the two.
+    // By how much the energy of the two triangles of h would rise; where that is `enough` or more, something between
+    // the two.
     double flip_rise(int h, double enough = std::numeric_limits<double>::infinity()) const;
     double flip_height(int h) const;  // distance between the edges before and after, over the size
     // Longest over shortest edge at a vertex.
@@ -200,18 +212,27 @@ class Editor {
     using Guard = std::function<bool(const Editor&, std::span<const int> vertices)>;
     void set_guard(Guard guard) { guard_ = std::move(guard); }
 
-    // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less at `mean`, and
-    // if the guard lets it.
-    enum class Operation { Move, Push, Flip, Collapse, Split };  // Push: the origin of the edge goes some way along it before anything relaxes
+    // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less
+    // at `mean`, and if the guard lets it.
+    enum class Operation {
+        Move,
+        Push,
+        Flip,
+        Collapse,
+        Split
+    };                                // Push: the origin of the edge goes some way along it before anything relaxes
     enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too
     bool attempt(Operation operation, int h, Aim aim, double mean, Reach reach = Reach::Near);
-    // Rise of the energy by a flip, before anything moves, up to which it may turn out well once the neighbours have moved too.
+    // Rise of the energy by a flip, before anything moves, up to which it may turn out well once the neighbours have
+    // moved too.
     static constexpr double kHopefulRise = 1.6;
-    // The same for two operations in a row, the second on any edge around: a way out where each alone makes things worse.
+    // The same for two operations in a row, the second on any edge around: a way out where each alone makes things
+    // worse.
     enum class Search { Quick, Thorough };  // second operations that look promising, or all
     bool attempt_pair(Operation first, int h, double mean, Search search);
-    // Flips or splits an edge between some vertices, or brings one of them or one that comes near a fault: the first way that the guard lets
-    // pass of the dozen that leave the best shapes, judged before all around has settled. @returns whether there is one
+    // Flips or splits an edge between some vertices, or brings one of them or one that comes near a fault: the first
+    // way that the guard lets pass of the dozen that leave the best shapes, judged before all around has settled.
+    // @returns whether there is one
     bool mend(const std::vector<int>& corners, const Eigen::Vector3d& fault);
     // Vertices around the last operation that was kept.
     const std::vector<int>& touched() const { return touched_; }
@@ -243,7 +264,8 @@ class Editor {
         int halfedge;
         bool to_fault;  // the vertex that comes by a split, or the origin of the half-edge, goes there
     };
-    std::optional<double> try_mending(const Mending& mending, const Eigen::Vector3d& fault, int rounds, std::vector<int>& around);
+    std::optional<double> try_mending(const Mending& mending, const Eigen::Vector3d& fault, int rounds,
+                                      std::vector<int>& around);
     // Moves a free vertex to the surface near a point. @returns whether it went
     bool bring(int v, const Eigen::Vector3d& target);
     bool push(int h);
@@ -264,12 +286,15 @@ class Editor {
         std::vector<int> around;  // vertices that relax
     };
     bool begin(Trial& trial, Operation operation, int h);
-    bool attempt_second(Operation second, int h, const std::vector<int>& inner, std::vector<int>& region, double enough, double mean);
+    bool attempt_second(Operation second, int h, const std::vector<int>& inner, std::vector<int>& region, double enough,
+                        double mean);
     void keep(const Trial& trial);
     void roll_back(Trial& trial);
 
-    int valence_penalty(int v, int by) const;  // with some edges more; none at corners, where angles are what the surface makes them
-    int least_valence(int v) const;  // corners need no more than a triangle at boundaries, and three where the surface comes to a point
+    int valence_penalty(
+        int v, int by) const;  // with some edges more; none at corners, where angles are what the surface makes them
+    int least_valence(int v)
+        const;  // corners need no more than a triangle at boundaries, and three where the surface comes to a point
     bool is_allowed(std::span<const int> vertices) const { return !guard_ || guard_(*this, vertices); }
 
     Guard guard_;

@@ -15,30 +15,32 @@ namespace gradus {
 
 namespace {
 
-constexpr double kLongest = std::numbers::sqrt2;       // metric lengths between which an edge counts as unit
+constexpr double kLongest = std::numbers::sqrt2;  // metric lengths between which an edge counts as unit
 constexpr double kShortest = 1 / std::numbers::sqrt2;
 constexpr double kValenceWorth = 0.15;  // energy that one unit of valence penalty is worth to a flip
 constexpr int kFitRounds = 2, kMostFitRounds = 5;
-constexpr double kFarTooLong = 2;       // metric length of edges for which rounds go on: sizes far below the triangles that were given
+constexpr double kFarTooLong =
+    2;  // metric length of edges for which rounds go on: sizes far below the triangles that were given
 constexpr int kMostSplitPasses = 40, kMostCollapsePasses = 40;
-constexpr double kMostGrowth = 2;       // of the triangles there are, or are predicted, by splitting
+constexpr double kMostGrowth = 2;  // of the triangles there are, or are predicted, by splitting
 constexpr double kFlat = 0.02;  // height over the size, of flips that do not leave the surface however long the edges
 constexpr int kFlipsPerEdge = 10;
-constexpr double kAttemptsPerVertex = 12;       // bound on the attempts for the mean
-// Bounds on the search for better worst triangles, in moves of a vertex; without them a map that jumps keeps it busy for minutes.
+constexpr double kAttemptsPerVertex = 12;  // bound on the attempts for the mean
+// Bounds on the search for better worst triangles, in moves of a vertex; without them a map that jumps keeps it busy
+// for minutes.
 constexpr long kMovesPerVertex = 20, kMovesByLastResortsPerVertex = 10, kMovesAtLeast = 20'000;
-constexpr long kMovesByPairs = 5000;    // of one triangle
+constexpr long kMovesByPairs = 5000;  // of one triangle
 constexpr int kWorstRounds = 12;
-// Rise of the energy, before anything moves, up to which a flip is tried, and what is added for each unit by which the valence penalty falls.
-// Of flips above it one of twenty is kept.
+// Rise of the energy, before anything moves, up to which a flip is tried, and what is added for each unit by which the
+// valence penalty falls. Of flips above it one of twenty is kept.
 constexpr double kHopefulFlip = 0.8, kHopefulPerGain = 0.1;
-constexpr double kFarBelow = 0.02;     // triangles this far below the goal are worth pairs of operations, and pushes
+constexpr double kFarBelow = 0.02;      // triangles this far below the goal are worth pairs of operations, and pushes
 constexpr double kStretched = 0.96;     // triangles of a regular mesh are better than this
-constexpr double kMuchStretched = 0.1;   // of the triangles
-constexpr double kPoor = 0.8;          // triangles below this are moved for their own sake by the fast schedule
-constexpr double kVeryBad = 0.04;      // and this far below, of a wider search
-constexpr double kWidestFan = 2.3;     // ratio of edges at a vertex up to which its triangles are as good as their shape
-constexpr double kLeastSize = 1e-9;      // over the coordinates: elements that small have shapes to seven digits
+constexpr double kMuchStretched = 0.1;  // of the triangles
+constexpr double kPoor = 0.8;           // triangles below this are moved for their own sake by the fast schedule
+constexpr double kVeryBad = 0.04;       // and this far below, of a wider search
+constexpr double kWidestFan = 2.3;   // ratio of edges at a vertex up to which its triangles are as good as their shape
+constexpr double kLeastSize = 1e-9;  // over the coordinates: elements that small have shapes to seven digits
 constexpr double kSameQuality = 0.01;  // a triangle that changed less is not tried again
 
 struct LengthAt {
@@ -90,14 +92,18 @@ class EdgesByLength {
         if (canonical(h) != h || !(options_.is_active(mesh.origin(h)) || options_.is_active(mesh.target(h)))) return;
         // Cheap tests before the length.
         const bool is_long = wanted_ == Wanted::Long;
-        if (is_long ? editor_.is_frozen(h) || editor_.longest_length(h) <= limit_ : editor_.shortest_length(h) >= limit_) return;
+        if (is_long ? editor_.is_frozen(h) || editor_.longest_length(h) <= limit_
+                    : editor_.shortest_length(h) >= limit_)
+            return;
         const double length = editor_.length(h);
         if (is_long ? length > limit_ : length < limit_) edges_.push_back({length, h});
     }
 
     void sort() {
         const double sign = wanted_ == Wanted::Long ? -1 : 1;
-        std::sort(edges_.begin(), edges_.end(), [sign](const LengthAt& a, const LengthAt& b) { return std::pair(sign * a.length, a.halfedge) < std::pair(sign * b.length, b.halfedge); });
+        std::sort(edges_.begin(), edges_.end(), [sign](const LengthAt& a, const LengthAt& b) {
+            return std::pair(sign * a.length, a.halfedge) < std::pair(sign * b.length, b.halfedge);
+        });
     }
 
     const Editor& editor_;
@@ -108,13 +114,15 @@ class EdgesByLength {
 };
 
 // Flips while energy plus weighted valence penalty falls: each flip lowers it, so this ends; the bound is for rounding.
-int flip_edges(Editor& editor, const OptimiseOptions& options, double highest = std::numeric_limits<double>::infinity()) {
+int flip_edges(Editor& editor, const OptimiseOptions& options,
+               double highest = std::numeric_limits<double>::infinity()) {
     const Connectivity& mesh = editor.mesh();
     const int halfedges = 3 * mesh.num_triangles();
     std::vector<int> queue;
     std::vector<char> queued(halfedges, 0);
     for (int h = 0; h < halfedges; ++h)
-        if (mesh.is_live_triangle(h / 3) && mesh.twin(h) > h && (options.is_active(mesh.origin(h)) || options.is_active(mesh.target(h))))
+        if (mesh.is_live_triangle(h / 3) && mesh.twin(h) > h &&
+            (options.is_active(mesh.origin(h)) || options.is_active(mesh.target(h))))
             queue.push_back(h), queued[h] = 1;
     int flips = 0;
     const long most_flips = static_cast<long>(kFlipsPerEdge) * halfedges / 2;
@@ -145,7 +153,8 @@ double predicted_triangles(const Editor& editor, const OptimiseOptions& options)
     return sum;
 }
 
-// Halves the edges that are too long, the longest first; where some are much too long, as those of needles are, flips between the passes.
+// Halves the edges that are too long, the longest first; where some are much too long, as those of needles are, flips
+// between the passes.
 void split_long(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     EdgesByLength long_edges(editor, options, EdgesByLength::Wanted::Long, kLongest);
     double longer_than = std::numeric_limits<double>::infinity();
@@ -159,12 +168,15 @@ void split_long(Editor& editor, const OptimiseOptions& options, OptimiseReport& 
         longer_than = std::max(kLongest, std::min(longer_than, edges.front().length) / 2);
         middles.clear();
         for (const LengthAt& e : edges) {
-            const int middle = e.length > longer_than && editor.length(e.halfedge) > longer_than ? editor.split(e.halfedge) : -1;
+            const int middle =
+                e.length > longer_than && editor.length(e.halfedge) > longer_than ? editor.split(e.halfedge) : -1;
             if (middle >= 0) middles.push_back(middle);
         }
         report.splits += static_cast<int>(middles.size());
-        if (longer_than > kLongest) report.flips += flip_edges(editor, options, kFlat);
-        else if (again && middles.empty()) break;
+        if (longer_than > kLongest)
+            report.flips += flip_edges(editor, options, kFlat);
+        else if (again && middles.empty())
+            break;
     }
 }
 
@@ -183,8 +195,10 @@ int collapse_short(Editor& editor, const OptimiseOptions& options) {
             int h = e.halfedge, g = mesh.twin(h);
             if (g >= 0 && editor.collapse_gain(g) > editor.collapse_gain(h)) std::swap(h, g);
             const int origin = mesh.origin(h), target = mesh.target(h);
-            if (collapse(h)) kept.push_back(target);
-            else if (g >= 0 && collapse(g)) kept.push_back(origin);
+            if (collapse(h))
+                kept.push_back(target);
+            else if (g >= 0 && collapse(g))
+                kept.push_back(origin);
         }
         collapses += static_cast<int>(kept.size());
         if (kept.empty()) break;
@@ -194,7 +208,8 @@ int collapse_short(Editor& editor, const OptimiseOptions& options) {
 
 void smooth(Editor& editor, const OptimiseOptions& options, int sweeps) {
     const Connectivity& mesh = editor.mesh();
-    // Moves over the size that wake the neighbours, and those where the mesh is not worked at: what was proved there is not to change for little.
+    // Moves over the size that wake the neighbours, and those where the mesh is not worked at: what was proved there is
+    // not to change for little.
     constexpr double kRestless = 0.01, kVeryRestless = 0.02;
     std::vector<char> awake(mesh.num_vertices());
     for (int v = 0; v < mesh.num_vertices(); ++v) awake[v] = options.is_active(v);
@@ -217,7 +232,9 @@ double mean_energy(const Editor& editor) {
     return sum / std::max(count, 1);
 }
 
-bool irregular(const Connectivity& mesh, int v) { return mesh.is_live_vertex(v) && mesh.valence(v) != (mesh.is_boundary_vertex(v) ? 4 : 6); }
+bool irregular(const Connectivity& mesh, int v) {
+    return mesh.is_live_vertex(v) && mesh.valence(v) != (mesh.is_boundary_vertex(v) ? 4 : 6);
+}
 
 // Flips that worsen valences, or the energy by much before anything moves, are next to never kept.
 // @param most_per_gain  added to `most` for each unit by which the valence penalty falls
@@ -291,13 +308,15 @@ bool improve_around(Editor& editor, int t, double mean, OptimiseReport& report) 
             return editor.attempt(operation, h, Aim::Worst, mean, Editor::Reach::Wide);
         };
         return (is_first && worth_a_flip(editor, h, Editor::kHopefulRise, 0) && attempt(Editor::Operation::Flip)) ||
-               (editor.length(h) < 1 && editor.collapse_gain(h) >= 0 && editor.can_collapse(h) && attempt(Editor::Operation::Collapse));
+               (editor.length(h) < 1 && editor.collapse_gain(h) >= 0 && editor.can_collapse(h) &&
+                attempt(Editor::Operation::Collapse));
     });
     report.worst_kept += improved;
     return improved;
 }
 
-// Tries pairs of operations, the first on an edge of the triangle or, where its shape is very bad, of one around its corners.
+// Tries pairs of operations, the first on an edge of the triangle or, where its shape is very bad, of one around its
+// corners.
 bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     std::vector<int> edges{3 * t, 3 * t + 1, 3 * t + 2};
@@ -311,8 +330,10 @@ bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseR
             ++report.worst_attempts;
             return editor.attempt_pair(operation, halfedge, mean, search);
         };
-        return (editor.can_flip(h) && attempt(Editor::Operation::Flip, h)) || (editor.can_collapse(h) && attempt(Editor::Operation::Collapse, h)) ||
-               (g >= 0 && editor.can_collapse(g) && attempt(Editor::Operation::Collapse, g)) || attempt(Editor::Operation::Split, h);
+        return (editor.can_flip(h) && attempt(Editor::Operation::Flip, h)) ||
+               (editor.can_collapse(h) && attempt(Editor::Operation::Collapse, h)) ||
+               (g >= 0 && editor.can_collapse(g) && attempt(Editor::Operation::Collapse, g)) ||
+               attempt(Editor::Operation::Split, h);
     });
     report.worst_kept += improved;
     return improved;
@@ -337,7 +358,8 @@ bool improve_by_pushes(Editor& editor, int t, double mean, OptimiseReport& repor
 double standing(const Editor& editor, int t, double goal) {
     double standing = editor.quality(t);
     for (const int v : editor.mesh().triangle(t))
-        if (const double ratio = editor.fan_ratio(v); ratio > kWidestFan) standing = std::min(standing, goal * kWidestFan / ratio);
+        if (const double ratio = editor.fan_ratio(v); ratio > kWidestFan)
+            standing = std::min(standing, goal * kWidestFan / ratio);
     return standing;
 }
 
@@ -348,8 +370,8 @@ int count_below(const Editor& editor, double goal) {
     return below;
 }
 
-// The same for the triangles that do not stand a goal, judged by a high power of the energy, worst first. The goal rises to the one
-// asked for, so that where many triangles are below it the bounded search goes to the worst of them.
+// The same for the triangles that do not stand a goal, judged by a high power of the energy, worst first. The goal
+// rises to the one asked for, so that where many triangles are below it the bounded search goes to the worst of them.
 void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
@@ -362,8 +384,8 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
         const Triangle v = mesh.triangle(t);
         return options.is_active(v[0]) || options.is_active(v[1]) || options.is_active(v[2]);
     };
-    // Triangles that nothing helped, with their standing and the goal then, and how far the search went: not, quickly or thoroughly to last
-    // resorts.
+    // Triangles that nothing helped, with their standing and the goal then, and how far the search went: not, quickly
+    // or thoroughly to last resorts.
     struct Tried {
         double standing, goal;
         int depth;
@@ -371,11 +393,14 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
     std::map<Triangle, Tried> hopeless;
     for (const double share : {0.75, 0.85, 0.95, 1.0}) {
         const double goal = share * options.goal;
-        const auto standing_of = [&](int t) { return options.fans && share == 1 ? standing(editor, t, goal) : editor.quality(t); };
+        const auto standing_of = [&](int t) {
+            return options.fans && share == 1 ? standing(editor, t, goal) : editor.quality(t);
+        };
         const auto by_last_resorts = [&](int t) {
             if (left_for_last_resorts <= 0 || standing_of(t) >= goal - kFarBelow) return false;
             const long before = editor.moves();
-            const bool improved = improve_by_pairs(editor, t, goal, mean, report) || improve_by_pushes(editor, t, mean, report);
+            const bool improved =
+                improve_by_pairs(editor, t, goal, mean, report) || improve_by_pushes(editor, t, mean, report);
             left_for_last_resorts -= editor.moves() - before;
             return improved;
         };
@@ -394,10 +419,13 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 const Triangle corners = mesh.triangle(t);
                 const auto depth_at = [&](double at) { return (at < goal - kFarBelow) + (at < goal - kVeryBad); };
                 const auto was_tried = [&](const Tried& tried) {
-                    return (tried.goal == goal || tried.depth >= depth_at(now)) && std::abs(tried.standing - now) < kSameQuality;
+                    return (tried.goal == goal || tried.depth >= depth_at(now)) &&
+                           std::abs(tried.standing - now) < kSameQuality;
                 };
-                if (const auto last = hopeless.find(corners); last != hopeless.end() && was_tried(last->second)) continue;
-                const bool moved = editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
+                if (const auto last = hopeless.find(corners); last != hopeless.end() && was_tried(last->second))
+                    continue;
+                const bool moved =
+                    editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
                 if ((moved && standing_of(t) >= goal) || improve_around(editor, t, mean, report) || by_last_resorts(t))
                     ++kept_now;
                 else
@@ -409,8 +437,9 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
     report.below_goal = count_below(editor, options.goal);
 }
 
-// Rows of long facets, halved, leave a lattice that is stretched though all its edges are unit, and that no single operation improves.
-// Where there is much of that its longest edges are split, and what follows makes a mesh without rows. @returns how many
+// Rows of long facets, halved, leave a lattice that is stretched though all its edges are unit, and that no single
+// operation improves. Where there is much of that its longest edges are split, and what follows makes a mesh without
+// rows. @returns how many
 int break_lattices(Editor& editor) {
     const Connectivity& mesh = editor.mesh();
     const auto in_lattice = [&](int v) { return editor.vertex(v).bound == Bound::Free && mesh.valence(v) == 6; };
@@ -425,10 +454,13 @@ int break_lattices(Editor& editor) {
         longest.push_back(edge);
     }
     if (static_cast<double>(longest.size()) < kMuchStretched * mesh.num_live_triangles()) return 0;
-    std::sort(longest.begin(), longest.end(), [](const LengthAt& a, const LengthAt& b) { return std::pair(-a.length, a.halfedge) < std::pair(-b.length, b.halfedge); });
+    std::sort(longest.begin(), longest.end(), [](const LengthAt& a, const LengthAt& b) {
+        return std::pair(-a.length, a.halfedge) < std::pair(-b.length, b.halfedge);
+    });
     int splits = 0;
     for (const LengthAt& e : longest)
-        if (in_lattice(mesh.origin(e.halfedge)) && in_lattice(mesh.target(e.halfedge)) && editor.split(e.halfedge) >= 0) ++splits;
+        if (in_lattice(mesh.origin(e.halfedge)) && in_lattice(mesh.target(e.halfedge)) && editor.split(e.halfedge) >= 0)
+            ++splits;
     return splits;
 }
 
@@ -455,9 +487,12 @@ void take_report(const OptimiseReport& report, RemeshStatistics& statistics) {
 double check_estimate(const ControlSpace& control, const RemeshOptions& options) {
     const double predicted = control.predicted_triangles(), least = control.least_relative_size();
     if (predicted > options.max_triangles)
-        throw std::length_error(fmt::format("the size map asks for about {:.15g} triangles, more than {:.0f}", std::round(predicted), options.max_triangles));
+        throw std::length_error(fmt::format("the size map asks for about {:.15g} triangles, more than {:.0f}",
+                                            std::round(predicted), options.max_triangles));
     if (least < kLeastSize)
-        throw std::invalid_argument(fmt::format("the size map goes down to {:.3g} of the coordinates, below {:g}: rounding leaves no triangles that small", least, kLeastSize));
+        throw std::invalid_argument(fmt::format(
+            "the size map goes down to {:.3g} of the coordinates, below {:g}: rounding leaves no triangles that small",
+            least, kLeastSize));
     return predicted;
 }
 
@@ -474,10 +509,12 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
         report.flips += flip_edges(editor, options);
         smooth(editor, options, times);
     };
-    const auto is_far_from_fit = [&] { return !EdgesByLength(editor, options, EdgesByLength::Wanted::Long, kFarTooLong).list().empty(); };
+    const auto is_far_from_fit = [&] {
+        return !EdgesByLength(editor, options, EdgesByLength::Wanted::Long, kFarTooLong).list().empty();
+    };
     const int rounds = is_rough ? kFitRounds : 1, most_rounds = is_rough ? kMostFitRounds : 1;
-    // Triangles that are given are far from what is asked for. Needles become few before they are split; then again, as collapses
-    // leave much to split.
+    // Triangles that are given are far from what is asked for. Needles become few before they are split; then again, as
+    // collapses leave much to split.
     if (options.given) report.collapses += collapse_short(editor, options);
     for (int round = 0; round < rounds || (round < most_rounds && is_far_from_fit()); ++round) {
         fit_lengths();

@@ -8,11 +8,11 @@
 namespace gradus {
 
 struct OptimiseOptions {
-    bool fast = false;     // a lighter schedule: no attempts beyond fitting, flips and smoothing
-    double goal = 0.90;    // area-length quality asked of the worst triangle
-    bool given = false;    // the mesh may have triangles of any shape
-    bool fitted = false;   // the mesh has about the sizes asked for
-    bool fans = false;     // edges at a vertex that differ by much are as bad as triangles below the goal
+    bool fast = false;    // a lighter schedule: no attempts beyond fitting, flips and smoothing
+    double goal = 0.90;   // area-length quality asked of the worst triangle
+    bool given = false;   // the mesh may have triangles of any shape
+    bool fitted = false;  // the mesh has about the sizes asked for
+    bool fans = false;    // edges at a vertex that differ by much are as bad as triangles below the goal
     /// Vertices to work at, and around what changes there; new ones count as well. Empty: all.
     std::vector<char> active = {};
 
@@ -35,7 +35,8 @@ double check_estimate(const ControlSpace& control, const RemeshOptions& options)
 
 OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock);
 
-/// Only the search for better worst triangles, by operations that the editor's guard lets pass. @param active  as in OptimiseOptions
+/// Only the search for better worst triangles, by operations that the editor's guard lets pass. @param active  as in
+/// OptimiseOptions
 OptimiseReport polish(Editor& editor, double goal, std::vector<char> active, StageClock& clock);
 
 }  // namespace gradus

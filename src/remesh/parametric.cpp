@@ -1,8 +1,8 @@
 #include "gradus/remesh/parametric.hpp"
 
 #include "editor.hpp"
-#include "gradus/remesh/curves.hpp"
 #include "gradus/plane/delaunay.hpp"
+#include "gradus/remesh/curves.hpp"
 #include "optimise.hpp"
 
 #include <tbb/global_control.h>
@@ -19,7 +19,8 @@ namespace gradus {
 
 namespace {
 
-constexpr double kTarget = 1.01;  // lengths asked of the generator, whose edges come out somewhat short where the metric varies
+constexpr double kTarget =
+    1.01;  // lengths asked of the generator, whose edges come out somewhat short where the metric varies
 constexpr int kRepairRounds = 20;
 
 // Numbers of the vertices that patches share: model vertices first, then the inner points of each curve.
@@ -37,7 +38,9 @@ struct SharedVertices {
     }
     int on_curve(const PatchModel& model, int curve, int i) const {
         const int last = static_cast<int>(t[curve].size()) - 1;
-        return i == 0 ? model.curves()[curve].ends[0] : i == last ? model.curves()[curve].ends[1] : first[curve] + i - 1;
+        return i == 0      ? model.curves()[curve].ends[0]
+               : i == last ? model.curves()[curve].ends[1]
+                           : first[curve] + i - 1;
     }
 };
 
@@ -125,19 +128,21 @@ void split_in_middle(PatchMesh& mesh, int t) {
 }
 
 struct EdgeUse {
-    std::array<int, 2> ends;    // global numbers, in the direction of the triangle
+    std::array<int, 2> ends;  // global numbers, in the direction of the triangle
     int patch;
     std::array<int, 2> local;
 };
 
-// Edges inside patches that two patches would share, or that join a vertex to itself (on a seam), are cut: the same two vertices
-// may have only one edge. Triangles on the side of a pole have lost that side and vanish.
+// Edges inside patches that two patches would share, or that join a vertex to itself (on a seam), are cut: the same two
+// vertices may have only one edge. Triangles on the side of a pole have lost that side and vanish.
 class Assembly {
   public:
-    Assembly(const PatchModel& model, const SharedVertices& shared, std::vector<PatchMesh> patches) : model_(model), patches_(std::move(patches)), shared_(shared.count), count_(shared.count) {
+    Assembly(const PatchModel& model, const SharedVertices& shared, std::vector<PatchMesh> patches)
+        : model_(model), patches_(std::move(patches)), shared_(shared.count), count_(shared.count) {
         for (PatchMesh& mesh : patches_) number_inner(mesh);
         split_twin_triangles();
-        for (int round = 0; round < kRepairRounds && cut_conflicts(); ++round) {}
+        for (int round = 0; round < kRepairRounds && cut_conflicts(); ++round) {
+        }
     }
 
     std::vector<Triangle> triangles() const {
@@ -163,9 +168,13 @@ class Assembly {
     bool pole_side(int p, int a, int b) const {
         const Eigen::Vector2d &x = patches_[p].uv[a], &y = patches_[p].uv[b];
         const Domain d = model_.patch(p).domain();
-        const auto pole = [&](Side side) { return model_.curves()[model_.side_curve(p, side).curve].kind == CurveKind::Pole; };
-        return (x.y() == y.y() && ((y.y() == d.min.y() && pole(Side::Bottom)) || (y.y() == d.max.y() && pole(Side::Top)))) ||
-               (x.x() == y.x() && ((y.x() == d.min.x() && pole(Side::Left)) || (y.x() == d.max.x() && pole(Side::Right))));
+        const auto pole = [&](Side side) {
+            return model_.curves()[model_.side_curve(p, side).curve].kind == CurveKind::Pole;
+        };
+        return (x.y() == y.y() &&
+                ((y.y() == d.min.y() && pole(Side::Bottom)) || (y.y() == d.max.y() && pole(Side::Top)))) ||
+               (x.x() == y.x() &&
+                ((y.x() == d.min.x() && pole(Side::Left)) || (y.x() == d.max.x() && pole(Side::Right))));
     }
 
     bool cut_conflicts() {
@@ -191,11 +200,15 @@ class Assembly {
                 }
             }
         }
-        std::sort(uses.begin(), uses.end(), [](const EdgeUse& x, const EdgeUse& y) { return std::tie(x.ends, x.patch, x.local) < std::tie(y.ends, y.patch, y.local); });
+        std::sort(uses.begin(), uses.end(), [](const EdgeUse& x, const EdgeUse& y) {
+            return std::tie(x.ends, x.patch, x.local) < std::tie(y.ends, y.patch, y.local);
+        });
         const auto inside = [&](const EdgeUse& e) {
             // On the border of its patch an edge has one triangle there: it has no twin with the same local ends.
             const std::array<int, 2> back{e.ends[1], e.ends[0]}, local{e.local[1], e.local[0]};
-            const auto first = std::lower_bound(uses.begin(), uses.end(), back, [](const EdgeUse& x, const std::array<int, 2>& ends) { return x.ends < ends; });
+            const auto first =
+                std::lower_bound(uses.begin(), uses.end(), back,
+                                 [](const EdgeUse& x, const std::array<int, 2>& ends) { return x.ends < ends; });
             for (auto i = first; i != uses.end() && i->ends == back; ++i)
                 if (i->patch == e.patch && i->local == local) return true;
             return false;
@@ -210,7 +223,8 @@ class Assembly {
         }
         if (conflicts.empty()) return false;
         std::vector<std::pair<int, std::array<int, 2>>> cut;
-        for (const EdgeUse& e : conflicts) cut.push_back({e.patch, {std::min(e.local[0], e.local[1]), std::max(e.local[0], e.local[1])}});
+        for (const EdgeUse& e : conflicts)
+            cut.push_back({e.patch, {std::min(e.local[0], e.local[1]), std::max(e.local[0], e.local[1])}});
         std::sort(cut.begin(), cut.end());
         cut.erase(std::unique(cut.begin(), cut.end()), cut.end());
         for (const auto& [p, ends] : cut) {
@@ -220,8 +234,8 @@ class Assembly {
         return true;
     }
 
-    // Two triangles on the same three vertices enclose nothing: each gets a point in its middle. Only corners that patches share can
-    // be those of two triangles, and these are numbered first.
+    // Two triangles on the same three vertices enclose nothing: each gets a point in its middle. Only corners that
+    // patches share can be those of two triangles, and these are numbered first.
     void split_twin_triangles() {
         std::map<std::array<int, 3>, std::vector<std::pair<int, int>>> by_corners;  // patch and triangle
         for (int p = 0; p < static_cast<int>(patches_.size()); ++p)
@@ -230,7 +244,8 @@ class Assembly {
                 const auto& number = patches_[p].number;
                 std::array<int, 3> corners{number[v[0]], number[v[1]], number[v[2]]};
                 std::sort(corners.begin(), corners.end());
-                if (corners[0] < corners[1] && corners[1] < corners[2] && corners[2] < shared_) by_corners[corners].emplace_back(p, t);
+                if (corners[0] < corners[1] && corners[1] < corners[2] && corners[2] < shared_)
+                    by_corners[corners].emplace_back(p, t);
             }
         for (const auto& [corners, uses] : by_corners)
             if (uses.size() > 1)
@@ -265,7 +280,8 @@ bool is_tip(const PatchModel& model, int pole) {
     return false;
 }
 
-std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& support, const ControlSpace& control, const SharedVertices& shared, const Assembly& assembly) {
+std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& support, const ControlSpace& control,
+                                   const SharedVertices& shared, const Assembly& assembly) {
     std::vector<Vertex> vertices(assembly.num_vertices());
     const int corners = static_cast<int>(model.vertices().size());
     std::vector<char> on_feature(corners, 0), on_crease(corners, 0);
@@ -299,17 +315,20 @@ std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& 
     for (int p = 0; p < model.num_patches(); ++p) {
         const PatchMesh& mesh = assembly.patches()[p];
         for (std::size_t i = 0; i < mesh.uv.size(); ++i)
-            if (mesh.number[i] >= shared.count) vertices[mesh.number[i]] = vertex_from(support.foot({{p, mesh.uv[i]}, -1, 0, mesh.cell[i]}));
+            if (mesh.number[i] >= shared.count)
+                vertices[mesh.number[i]] = vertex_from(support.foot({{p, mesh.uv[i]}, -1, 0, mesh.cell[i]}));
     }
     return vertices;
 }
 
-void tag_features(const PatchModel& model, const PatchSupport& support, const SharedVertices& shared, Connectivity& mesh) {
+void tag_features(const PatchModel& model, const PatchSupport& support, const SharedVertices& shared,
+                  Connectivity& mesh) {
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
         if (!is_feature(model.curves()[c].kind)) continue;
         for (int i = 0; i + 1 < static_cast<int>(shared.t[c].size()); ++i) {
             const int edge = mesh.find_edge(shared.on_curve(model, c, i), shared.on_curve(model, c, i + 1));
-            if (edge < 0) throw std::logic_error("remesh: a piece of curve " + std::to_string(c) + " is not in the mesh");
+            if (edge < 0)
+                throw std::logic_error("remesh: a piece of curve " + std::to_string(c) + " is not in the mesh");
             mesh.set_tag(edge, support.chain_of(c));
         }
     }
@@ -321,7 +340,8 @@ std::vector<SurfacePoint> places_of(const PatchModel& model, const Vertex& v) {
     if (v.bound == Bound::Curve) {
         const ModelCurve& curve = model.curves()[v.place.curve];
         if (v.place.t == 0 || v.place.t == 1) return model.vertices()[curve.ends[v.place.t == 1]].places;
-        for (int use = 0; use < static_cast<int>(curve.uses.size()); ++use) places.push_back(model.on_curve(v.place.curve, use, v.place.t));
+        for (int use = 0; use < static_cast<int>(curve.uses.size()); ++use)
+            places.push_back(model.on_curve(v.place.curve, use, v.place.t));
     }
     if (v.bound == Bound::Fixed) {
         const SurfacePoint& at = v.place.at;
@@ -332,17 +352,21 @@ std::vector<SurfacePoint> places_of(const PatchModel& model, const Vertex& v) {
     return places;
 }
 
-// The patch that all corners of a triangle lie on, all of them on features; of several the one that faces as the triangle does.
+// The patch that all corners of a triangle lie on, all of them on features; of several the one that faces as the
+// triangle does.
 int common_patch(const PatchModel& model, const Vertex& a, const Vertex& b, const Vertex& c) {
     const Eigen::Vector3d facing = (b.p - a.p).cross(c.p - a.p);
-    const std::array<std::vector<SurfacePoint>, 3> places{places_of(model, a), places_of(model, b), places_of(model, c)};
+    const std::array<std::vector<SurfacePoint>, 3> places{places_of(model, a), places_of(model, b),
+                                                          places_of(model, c)};
     int best = a.place.at.patch;
     double most = -std::numeric_limits<double>::infinity();
     for (const SurfacePoint& first : places[0]) {
         double agreement = 0;
         for (const auto& of_corner : places) {
-            const auto there = std::find_if(of_corner.begin(), of_corner.end(), [&](const SurfacePoint& at) { return at.patch == first.patch; });
-            agreement += there != of_corner.end() ? model.normal(*there).dot(facing) : -std::numeric_limits<double>::infinity();
+            const auto there = std::find_if(of_corner.begin(), of_corner.end(),
+                                            [&](const SurfacePoint& at) { return at.patch == first.patch; });
+            agreement +=
+                there != of_corner.end() ? model.normal(*there).dot(facing) : -std::numeric_limits<double>::infinity();
         }
         if (agreement > most) most = agreement, best = first.patch;
     }
@@ -352,7 +376,9 @@ int common_patch(const PatchModel& model, const Vertex& a, const Vertex& b, cons
 // The patch under a triangle: that of all its corners, or the one its middle falls on.
 int patch_under(const PatchModel& model, const Support& support, const Vertex& a, const Vertex& b, const Vertex& c) {
     const auto inside = [](const Vertex& v) { return v.bound == Bound::Free; };
-    if (inside(a) && inside(b) && inside(c) && a.place.at.patch == b.place.at.patch && b.place.at.patch == c.place.at.patch) return a.place.at.patch;
+    if (inside(a) && inside(b) && inside(c) && a.place.at.patch == b.place.at.patch &&
+        b.place.at.patch == c.place.at.patch)
+        return a.place.at.patch;
     const Eigen::Vector3d middle = (a.p + b.p + c.p) / 3;
     for (const Vertex* v : {&a, &b, &c}) {
         if (!inside(*v)) continue;
@@ -374,7 +400,8 @@ SurfaceMesh export_mesh(const PatchModel& model, const Support& support, const E
     for (int t = 0; t < mesh.num_triangles(); ++t) {
         const Triangle v = mesh.triangle(t);
         result.triangles.push_back(v);
-        result.patches.push_back(patch_under(model, support, editor.vertex(v[0]), editor.vertex(v[1]), editor.vertex(v[2])));
+        result.patches.push_back(
+            patch_under(model, support, editor.vertex(v[0]), editor.vertex(v[1]), editor.vertex(v[2])));
         for (int h = 3 * t; h < 3 * t + 3; ++h)
             if (mesh.tag(h) >= 0 && mesh.twin(h) < h) result.features.push_back({mesh.origin(h), mesh.target(h)});
     }

@@ -45,11 +45,13 @@ Foot PatchSupport::foot(Place place) const {
     Foot foot{place, model_.position(place.at), model_.normal(place.at), 0};
     foot.size = control_.size(foot.point, foot.place.cell);
     if (place.curve >= 0 && model_.curves()[place.curve].kind == CurveKind::Crease)
-        between_sides(model_.normal(model_.on_curve(place.curve, 0, place.t)), model_.normal(model_.on_curve(place.curve, 1, place.t)), foot);
+        between_sides(model_.normal(model_.on_curve(place.curve, 0, place.t)),
+                      model_.normal(model_.on_curve(place.curve, 1, place.t)), foot);
     return foot;
 }
 
-std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d& /*point*/, const Eigen::Vector3d& target) const {
+std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d& /*point*/,
+                                       const Eigen::Vector3d& target) const {
     SurfacePoint at = from.at;
     const ParametricSurface* patch = &model_.patch(at.patch);
     Jet1 jet = patch->jet1(at.uv);
@@ -73,7 +75,8 @@ std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d&
         if (model_.curves()[curve].kind != CurveKind::Smooth) return std::nullopt;
         const Eigen::Vector2d border = at.uv + exit.fraction * d;
         const int axis = along_u(exit.side) ? 0 : 1;
-        const double s = std::clamp((border[axis] - domain.min[axis]) / (domain.max[axis] - domain.min[axis]), 0.0, 1.0);
+        const double s =
+            std::clamp((border[axis] - domain.min[axis]) / (domain.max[axis] - domain.min[axis]), 0.0, 1.0);
         at = model_.on_curve(curve, 1 - use, model_.curve_parameter(at.patch, exit.side, s));
         patch = &model_.patch(at.patch);
         jet = patch->jet1(at.uv);
@@ -170,7 +173,8 @@ std::optional<Foot> PatchSupport::slide(const Place& from, const Eigen::Vector3d
         const Domain domain = patch.domain();
         const Jet1 jet = patch.jet1(place.at.uv);
         const bool u = along_u(model_.curves()[place.curve].uses[0].side);
-        const Eigen::Vector3d tangent = u ? Eigen::Vector3d(jet.du * (domain.max.x() - domain.min.x())) : Eigen::Vector3d(jet.dv * (domain.max.y() - domain.min.y()));
+        const Eigen::Vector3d tangent = u ? Eigen::Vector3d(jet.du * (domain.max.x() - domain.min.x()))
+                                          : Eigen::Vector3d(jet.dv * (domain.max.y() - domain.min.y()));
         const double speed2 = tangent.squaredNorm();
         if (!(speed2 > 0)) return std::nullopt;
         const double forward = std::clamp(tangent.dot(target - jet.p) / speed2, -0.5, 0.5);
@@ -186,7 +190,8 @@ Foot PatchSupport::middle(int chain, const Foot& a, const Foot& b) const {
     const bool a_inside = a.place.curve >= 0, b_inside = b.place.curve >= 0;
     // An end of an open chain; where the chain returns to its start, the end that is nearer along it.
     const auto end_near = [&](const Foot& corner, double other) {
-        const Eigen::Vector3d first = model_.position(on_chain(chain, 0, 0).at), last = model_.position(on_chain(chain, n, 0).at);
+        const Eigen::Vector3d first = model_.position(on_chain(chain, 0, 0).at),
+                              last = model_.position(on_chain(chain, n, 0).at);
         if ((first - last).norm() <= 1e-9 * model_.diagonal()) return other > n / 2 ? n : 0.0;
         return (corner.point - first).squaredNorm() < (corner.point - last).squaredNorm() ? 0.0 : n;
     };

@@ -18,30 +18,32 @@ using Eigen::Vector3d;
 constexpr double kNear2 = 1e-2;  // squared: a tenth of the way is near enough
 constexpr int kMostSteps = 3;
 constexpr double kLongestSection = 4;  // between two places, over their distance
-constexpr double kOnSide = 1e-12;        // weights of a corner below this are rounding: a place is on the side opposite to it
-constexpr double kInside = 0.02;           // least weight of a corner, off the sides of a facet
-constexpr double kAside2 = 1e-6, kInLine2 = 1e-2;  // squared, over the distance of two places
-constexpr double kNearFold = 0.25;       // over the size
-constexpr int kMostNear = 64;            // triangles
-constexpr int kKept = 4096;      // patches
-constexpr double kBroken = 0.3;      // quality of elements that no mesh should have
-constexpr double kUnsplit = 2.5;     // metric length of edges that were to be split
-constexpr double kAround = 3;        // sizes
-constexpr double kSamePlace = 0.25;  // sizes: what was broken and moved is broken as before
-constexpr int kMostAttempts = 4;     // to lower sizes, and to polish
-constexpr double kWider = 3;         // each time
+constexpr double kOnSide = 1e-12;  // weights of a corner below this are rounding: a place is on the side opposite to it
+constexpr double kInside = 0.02;   // least weight of a corner, off the sides of a facet
+constexpr double kAside2 = 1e-6, kInLine2 = 1e-2;   // squared, over the distance of two places
+constexpr double kNearFold = 0.25;                  // over the size
+constexpr int kMostNear = 64;                       // triangles
+constexpr int kKept = 4096;                         // patches
+constexpr double kBroken = 0.3;                     // quality of elements that no mesh should have
+constexpr double kUnsplit = 2.5;                    // metric length of edges that were to be split
+constexpr double kAround = 3;                       // sizes
+constexpr double kSamePlace = 0.25;                 // sizes: what was broken and moved is broken as before
+constexpr int kMostAttempts = 4;                    // to lower sizes, and to polish
+constexpr double kWider = 3;                        // each time
 constexpr int kMostRetries = 6, kMostFailures = 4;  // of places where elements are bad
-constexpr int kMostPartings = 8;     // of sheets that are in contact
-constexpr double kSmaller = 0.75;    // factor of the sizes there, each time one led to nothing better
+constexpr int kMostPartings = 8;                    // of sheets that are in contact
+constexpr double kSmaller = 0.75;                   // factor of the sizes there, each time one led to nothing better
 constexpr std::size_t kMostBadPlaces = 100;
-constexpr double kAroundBad = 8;     // sizes: how far from there it is polished again
-// Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than they are worth.
+constexpr double kAroundBad = 8;  // sizes: how far from there it is polished again
+// Quality sought for the worst triangles of meshes that are checked, and when they are good: better ones cost more than
+// they are worth.
 constexpr double kGoalOnTheWay = 0.75, kGoalOfPolish = 0.82;
-// Faults that are mended one by one, over the triangles or in all: where there are more, lower sizes cost less and leave better shapes.
+// Faults that are mended one by one, over the triangles or in all: where there are more, lower sizes cost less and
+// leave better shapes.
 constexpr double kFewFaults = 0.001, kFewFaultsInAll = 8;
-constexpr int kMostMendings = 8;       // in a row
+constexpr int kMostMendings = 8;           // in a row
 constexpr std::size_t kLargestFault = 24;  // triangles: where there are more no single operation will do
-constexpr double kChanged = 0.005;     // of a size: edges stay unit where it changes by less
+constexpr double kChanged = 0.005;         // of a size: edges stay unit where it changes by less
 
 // Coordinates (b, c) of the point at s from the origin of half-edge h, in its triangle.
 Eigen::Vector2d on_halfedge(int h, double s) {
@@ -60,7 +62,11 @@ std::array<double, 3> weights_of(const Place& place) {
 }  // namespace
 
 TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control)
-    : surface_(surface), features_(features), control_(control), kept_(kKept), curve_of_(surface.mesh().num_vertices(), {-1, 0.0}) {
+    : surface_(surface),
+      features_(features),
+      control_(control),
+      kept_(kKept),
+      curve_of_(surface.mesh().num_vertices(), {-1, 0.0}) {
     const auto points = surface.points();
     for (const FeatureChain& chain : features.chains) {
         Curve curve{{0.0}, {}, chain.closed};
@@ -81,11 +87,13 @@ void TriangleSupport::spread_normals(Foot& foot) const {
     const double reach2 = kNearFold * kNearFold * foot.size * foot.size;
     // Far from the sides of its facet, a place is far from folds.
     const auto corners = mesh.triangle(triangle);
-    const std::array<Vector3d, 3> p{surface_.points()[corners[0]], surface_.points()[corners[1]], surface_.points()[corners[2]]};
+    const std::array<Vector3d, 3> p{surface_.points()[corners[0]], surface_.points()[corners[1]],
+                                    surface_.points()[corners[2]]};
     const std::array<double, 3> w = weights_of(foot.place);
     const double area2 = (p[1] - p[0]).cross(p[2] - p[0]).squaredNorm();
     bool is_near = false;
-    for (int k = 0; k < 3; ++k) is_near = is_near || w[k] * w[k] * area2 < reach2 * (p[(k + 2) % 3] - p[(k + 1) % 3]).squaredNorm();
+    for (int k = 0; k < 3; ++k)
+        is_near = is_near || w[k] * w[k] * area2 < reach2 * (p[(k + 2) % 3] - p[(k + 1) % 3]).squaredNorm();
     if (!is_near) return;
     near_.assign({{triangle, surface_.facet_normal(triangle)}});
     list_near(foot);
@@ -99,16 +107,20 @@ void TriangleSupport::list_near(const Foot& foot) const {
     const Connectivity& mesh = surface_.mesh();
     const double reach2 = kNearFold * kNearFold * foot.size * foot.size;
     const auto is_side_near = [&](int h) {
-        const Vector3d &a = surface_.points()[mesh.origin(h)], along = surface_.points()[mesh.target(h)] - a, to = foot.point - a;
+        const Vector3d &a = surface_.points()[mesh.origin(h)], along = surface_.points()[mesh.target(h)] - a,
+                       to = foot.point - a;
         const double length2 = along.squaredNorm();
         const double s = length2 > 0 ? std::clamp(along.dot(to) / length2, 0.0, 1.0) : 0;
         return (to - s * along).squaredNorm() < reach2;
     };
-    const auto is_listed = [&](int t) { return std::any_of(near_.begin(), near_.end(), [t](const Near& near) { return near.triangle == t; }); };
+    const auto is_listed = [&](int t) {
+        return std::any_of(near_.begin(), near_.end(), [t](const Near& near) { return near.triangle == t; });
+    };
     for (std::size_t i = 0; i < near_.size() && near_.size() < kMostNear; ++i)
         for (int h = 3 * near_[i].triangle, end = h + 3; h < end; ++h) {
             const int g = mesh.twin(h);
-            if (g >= 0 && mesh.tag(h) < 0 && !is_listed(g / 3) && is_side_near(h)) near_.push_back({g / 3, surface_.facet_normal(g / 3)});
+            if (g >= 0 && mesh.tag(h) < 0 && !is_listed(g / 3) && is_side_near(h))
+                near_.push_back({g / 3, surface_.facet_normal(g / 3)});
         }
 }
 
@@ -118,7 +130,8 @@ std::pair<Vector3d, Vector3d> TriangleSupport::farthest_apart(const Vector3d& no
         Vector3d farthest = n;
         double least = 1;
         for (const Near& near : near_)
-            if (const double cosine = near.normal.dot(n); cosine < least && !near.normal.isZero()) least = cosine, farthest = near.normal;
+            if (const double cosine = near.normal.dot(n); cosine < least && !near.normal.isZero())
+                least = cosine, farthest = near.normal;
         return farthest;
     };
     const Vector3d one = farthest_from(normal);
@@ -131,7 +144,9 @@ const GregoryPatch& TriangleSupport::patch(int triangle) const {
     return kept.patch;
 }
 
-Vector3d TriangleSupport::point_at(const Place& place) const { return patch(place.at.patch).point(place.at.uv.x(), place.at.uv.y()); }
+Vector3d TriangleSupport::point_at(const Place& place) const {
+    return patch(place.at.patch).point(place.at.uv.x(), place.at.uv.y());
+}
 
 Foot TriangleSupport::foot(const Place& place) const {
     const auto& [triangle, uv] = place.at;
@@ -166,7 +181,10 @@ Foot TriangleSupport::foot_of(Foot foot) const {
 Foot TriangleSupport::at_vertex(int vertex, int cell) const {
     const int h = surface_.mesh().outgoing(vertex);
     const auto [curve, t] = curve_of_[vertex];
-    return foot_of({{{h / 3, on_halfedge(h, 0)}, curve, t, cell}, surface_.points()[vertex], surface_.normal_at_corner(h / 3, h % 3), 0});
+    return foot_of({{{h / 3, on_halfedge(h, 0)}, curve, t, cell},
+                    surface_.points()[vertex],
+                    surface_.normal_at_corner(h / 3, h % 3),
+                    0});
 }
 
 std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& point, const Vector3d& target) const {
@@ -182,13 +200,16 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& poi
     };
     for (int k = 0; k < 3; ++k) {
         const int side = 3 * triangle + (k + 1) % 3;
-        if (w[k] >= 1 - kOnSide) mesh.for_each_outgoing(mesh.origin(3 * triangle + k), [&](int h) { try_from(h / 3); });
-        else if (w[k] <= kOnSide && mesh.tag(side) >= 0 && mesh.twin(side) >= 0) try_from(mesh.twin(side) / 3);
+        if (w[k] >= 1 - kOnSide)
+            mesh.for_each_outgoing(mesh.origin(3 * triangle + k), [&](int h) { try_from(h / 3); });
+        else if (w[k] <= kOnSide && mesh.tag(side) >= 0 && mesh.twin(side) >= 0)
+            try_from(mesh.twin(side) / 3);
     }
     if (best.barred) return std::nullopt;
     const auto foot_at = [&](const SmoothSupport::Foot& at) {
         const GregoryPatch& patch = this->patch(at.triangle);
-        return Foot{{{at.triangle, {at.b, at.c}}, -1, 0, from.cell}, patch.point(at.b, at.c), patch.normal(at.b, at.c), 0};
+        return Foot{
+            {{at.triangle, {at.b, at.c}}, -1, 0, from.cell}, patch.point(at.b, at.c), patch.normal(at.b, at.c), 0};
     };
     Foot foot = foot_at(best);
     const double goal2 = (target - point).squaredNorm();
@@ -206,7 +227,8 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& poi
     return foot;
 }
 
-// Calls use(triangle, weights of its corners) for the triangles that hold a place: several where it is on an edge or at a vertex.
+// Calls use(triangle, weights of its corners) for the triangles that hold a place: several where it is on an edge or at
+// a vertex.
 template <class Use>
 void TriangleSupport::for_each_holder(const Place& place, const Use& use) const {
     using Weights = std::array<double, 3>;
@@ -252,12 +274,16 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
         const double s0 = height(mesh.origin(h)), s1 = height(mesh.target(h));
         return s0 / (s0 - s1);
     };
-    const auto on_edge = [&](int h, double s) { return Vector3d((1 - s) * points[mesh.origin(h)] + s * points[mesh.target(h)]); };
+    const auto on_edge = [&](int h, double s) {
+        return Vector3d((1 - s) * points[mesh.origin(h)] + s * points[mesh.target(h)]);
+    };
     const auto is_cut = [&](int h) { return (height(mesh.origin(h)) >= 0) != (height(mesh.target(h)) >= 0); };
 
     goals_.clear();
     for_each_holder(b, [&](int triangle, const Weights&) { goals_.push_back(triangle); });
-    const auto is_goal = [&](int triangle) { return std::find(goals_.begin(), goals_.end(), triangle) != goals_.end(); };
+    const auto is_goal = [&](int triangle) {
+        return std::find(goals_.begin(), goals_.end(), triangle) != goals_.end();
+    };
     // Follows the section across half-edge h and on. @returns its length where it leads to the goal
     const auto follow = [&](int h) -> std::optional<double> {
         section_.clear();
@@ -316,10 +342,12 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
     });
     if (!middle) return std::nullopt;
     const Foot half = foot(*middle);
-    // Inside a flat facet the halves are to be in line, though the surface over it is not that of the facet: beside needles there is no room.
+    // Inside a flat facet the halves are to be in line, though the surface over it is not that of the facet: beside
+    // needles there is no room.
     const Weights w = weights_of(*middle);
     if (*std::min_element(w.begin(), w.end()) < kInside) return half;
-    const Vector3d chord_middle = (point_at(a) + point_at(b)) / 2, off = chord_middle - half.point, aside = off - off.dot(half.normal) * half.normal;
+    const Vector3d chord_middle = (point_at(a) + point_at(b)) / 2, off = chord_middle - half.point,
+                   aside = off - off.dot(half.normal) * half.normal;
     const double length2 = along.squaredNorm();
     if (aside.squaredNorm() < kAside2 * length2 || off.squaredNorm() > kInLine2 * length2) return half;
     const auto in_line = move(half.place, half.point, chord_middle);
@@ -330,7 +358,8 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
 std::pair<int, double> TriangleSupport::edge_at(int curve, double t) const {
     const Curve& c = curves_[curve];
     const auto edges = static_cast<int>(c.halfedges.size());
-    const int i = std::clamp(static_cast<int>(std::upper_bound(c.length.begin(), c.length.end(), t) - c.length.begin()) - 1, 0, edges - 1);
+    const int i = std::clamp(
+        static_cast<int>(std::upper_bound(c.length.begin(), c.length.end(), t) - c.length.begin()) - 1, 0, edges - 1);
     const double length = c.length[i + 1] - c.length[i];
     const double s = length > 0 ? std::clamp((t - c.length[i]) / length, 0.0, 1.0) : 0;
     const int h = c.halfedges[i];
@@ -348,10 +377,14 @@ std::optional<Foot> TriangleSupport::slide(const Place& from, const Vector3d& ta
     const Curve& c = curves_[from.curve];
     Place place = from;
     for (int step = 0; step < 2; ++step) {
-        const auto i = std::clamp<std::ptrdiff_t>(std::upper_bound(c.length.begin(), c.length.end(), place.t) - c.length.begin() - 1, 0, std::ssize(c.halfedges) - 1);
+        const auto i = std::clamp<std::ptrdiff_t>(
+            std::upper_bound(c.length.begin(), c.length.end(), place.t) - c.length.begin() - 1, 0,
+            std::ssize(c.halfedges) - 1);
         const FeatureChain& chain = features_.chains[from.curve];
         const auto points = surface_.points();
-        const Vector3d along = (points[chain.vertex(static_cast<int>(i) + 1)] - points[chain.vertex(static_cast<int>(i))]).stableNormalized();
+        const Vector3d along =
+            (points[chain.vertex(static_cast<int>(i) + 1)] - points[chain.vertex(static_cast<int>(i))])
+                .stableNormalized();
         const double t = place.t + along.dot(target - point_at(place));
         if (!c.closed && !(t > 0 && t < c.end())) return std::nullopt;
         place = on_curve(from.curve, t, from.cell);
@@ -382,8 +415,8 @@ Foot TriangleSupport::middle(int chain, const Foot& a, const Foot& b) const {
 namespace {
 
 // @param order  vertices of the triangulation
-std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const TriangleSupport& support, const Frozen& frozen, std::span<const int> cells,
-                                   std::span<const int> order) {
+std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const TriangleSupport& support,
+                                   const Frozen& frozen, std::span<const int> cells, std::span<const int> order) {
     const Connectivity& mesh = surface.support.mesh();
     std::vector<Vertex> vertices(order.size());
     for (std::size_t i = 0; i < order.size(); ++i) {
@@ -391,8 +424,10 @@ std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const Tri
         Vertex& x = vertices[i];
         take_foot(x, support.at_vertex(v, cells[v]));
         x.p = surface.support.points()[v];
-        if (surface.features.corner[v] || frozen.has_vertex(v)) x.bound = Bound::Fixed;
-        else if (x.place.curve >= 0) x.bound = Bound::Curve;
+        if (surface.features.corner[v] || frozen.has_vertex(v))
+            x.bound = Bound::Fixed;
+        else if (x.place.curve >= 0)
+            x.bound = Bound::Curve;
         if (!surface.features.corner[v]) continue;
         int sides = 0;
         mesh.for_each_outgoing(v, [&](int h) { sides += mesh.tag(h) >= 0; });
@@ -408,10 +443,12 @@ Connectivity with_frozen_edges(Connectivity mesh, const Frozen& frozen) {
 }
 
 // Of the triangulation's own mesh.
-std::unique_ptr<Editor> first_editor(const TriangulatedSurface& surface, const TriangleSupport& support, const Frozen& frozen, std::span<const int> cells) {
+std::unique_ptr<Editor> first_editor(const TriangulatedSurface& surface, const TriangleSupport& support,
+                                     const Frozen& frozen, std::span<const int> cells) {
     const Connectivity::Numbering numbering = surface.support.mesh().breadth_first();
     Connectivity mesh = with_frozen_edges(surface.support.mesh(), frozen).renumbered(numbering);
-    return std::make_unique<Editor>(support, place_vertices(surface, support, frozen, cells, numbering.vertices), std::move(mesh));
+    return std::make_unique<Editor>(support, place_vertices(surface, support, frozen, cells, numbering.vertices),
+                                    std::move(mesh));
 }
 
 std::vector<Vertex> with_sizes(const Connectivity& mesh, std::vector<Vertex> vertices, std::span<const double> sizes) {
@@ -433,7 +470,8 @@ std::vector<char> changed(const Editor& editor, std::span<const double> before, 
     return wider;
 }
 
-// Places where the mesh is none that could be the last: elements that are very bad, and edges that were to be split and could not be.
+// Places where the mesh is none that could be the last: elements that are very bad, and edges that were to be split and
+// could not be.
 struct BrokenPlace {
     Vector3d at;
     double size;
@@ -444,14 +482,19 @@ std::vector<BrokenPlace> broken_places(const Editor& editor) {
     for (int t = 0; t < mesh.num_triangles(); ++t) {
         if (!mesh.is_live_triangle(t) || editor.is_frozen_triangle(t)) continue;
         bool broken = editor.quality(t) < kBroken;
-        for (int h = 3 * t; h < 3 * t + 3; ++h) broken = broken || (!editor.is_frozen(h) && editor.longest_length(h) > kUnsplit && editor.length(h) > kUnsplit);
+        for (int h = 3 * t; h < 3 * t + 3; ++h)
+            broken =
+                broken || (!editor.is_frozen(h) && editor.longest_length(h) > kUnsplit && editor.length(h) > kUnsplit);
         const Triangle v = mesh.triangle(t);
-        if (broken) places.push_back({(editor.vertex(v[0]).p + editor.vertex(v[1]).p + editor.vertex(v[2]).p) / 3, editor.vertex(v[0]).h});
+        if (broken)
+            places.push_back(
+                {(editor.vertex(v[0]).p + editor.vertex(v[1]).p + editor.vertex(v[2]).p) / 3, editor.vertex(v[0]).h});
     }
     return places;
 }
 
-// Required elements in the numbers of the result: fixed vertices are where they were, exactly at a corner of a triangle.
+// Required elements in the numbers of the result: fixed vertices are where they were, exactly at a corner of a
+// triangle.
 RequiredElements find_required(const TriangulatedSurface& surface, const Editor& editor) {
     RequiredElements found;
     if (!surface.required) return found;
@@ -464,7 +507,9 @@ RequiredElements find_required(const TriangulatedSurface& surface, const Editor&
     }
     const auto half_edge = [&](int a, int b) {
         const int h = number[a] >= 0 && number[b] >= 0 ? mesh.find_edge(number[a], number[b]) : -1;
-        if (h < 0) throw std::logic_error("remesh: required edge " + std::to_string(a) + "-" + std::to_string(b) + " is not in the mesh");
+        if (h < 0)
+            throw std::logic_error("remesh: required edge " + std::to_string(a) + "-" + std::to_string(b) +
+                                   " is not in the mesh");
         return h;
     };
     for (const int v : surface.required->vertices) found.vertices.push_back(number[v]);
@@ -476,7 +521,8 @@ RequiredElements find_required(const TriangulatedSurface& surface, const Editor&
         const auto [a, b, c] = given.triangle(t);
         int h = half_edge(a, b);
         if (mesh.apex(h) != number[c]) h = mesh.twin(h);
-        if (h < 0 || mesh.apex(h) != number[c]) throw std::logic_error("remesh: required triangle " + std::to_string(t) + " is not in the mesh");
+        if (h < 0 || mesh.apex(h) != number[c])
+            throw std::logic_error("remesh: required triangle " + std::to_string(t) + " is not in the mesh");
         found.triangles.push_back(h / 3);
     }
     return found;
@@ -508,7 +554,8 @@ SurfaceMesh export_mesh(const TriangulatedSurface& surface, const Support& suppo
             result.feature_labels.push_back(surface.features.chains[chain].label);
         }
     }
-    if (std::all_of(result.feature_labels.begin(), result.feature_labels.end(), [](int label) { return label == 0; })) result.feature_labels.clear();
+    if (std::all_of(result.feature_labels.begin(), result.feature_labels.end(), [](int label) { return label == 0; }))
+        result.feature_labels.clear();
     result.required = find_required(surface, editor);
     return result;
 }
@@ -548,9 +595,11 @@ struct BadPlaces {
 };
 BadPlaces bad_places(const SurfaceMesh& mesh) {
     const KnownFeatures features{.edges = mesh.features};
-    const OffenderOptions options{.sizes = mesh.sizes, .features = &features, .required = &mesh.required, .most = kMostBadPlaces + 1};
+    const OffenderOptions options{
+        .sizes = mesh.sizes, .features = &features, .required = &mesh.required, .most = kMostBadPlaces + 1};
     const OffenderReport report = find_offenders({mesh.points, mesh.triangles}, options);
-    BadPlaces places{{}, report.unexplained_quality.count + report.unexplained_angle.count + report.unexplained_edge_ratio.count};
+    BadPlaces places{
+        {}, report.unexplained_quality.count + report.unexplained_angle.count + report.unexplained_edge_ratio.count};
     for (const OffenderGroup& group : report.groups)
         if (group.cause.kind == OffenderCause::Kind::None) places.points.push_back(group.point);
     if (places.points.size() > kMostBadPlaces) places.points.clear();
@@ -573,7 +622,9 @@ bool is_as_good(std::span<const MeshFault> a, std::span<const MeshFault> b) {
     return a.size() <= b.size() && worst(a) <= worst(b);
 }
 
-bool is_better(std::span<const MeshFault> a, std::span<const MeshFault> b) { return is_as_good(a, b) && !is_as_good(b, a); }
+bool is_better(std::span<const MeshFault> a, std::span<const MeshFault> b) {
+    return is_as_good(a, b) && !is_as_good(b, a);
+}
 
 // Mends the faults of a mesh one by one, as far as that can be done. @returns whether anything was done
 bool mend(Editor& editor, const SurfaceMesh& mesh, std::span<const MeshFault> faults, MeshChecks& checks) {
@@ -600,7 +651,8 @@ bool mend(Editor& editor, const SurfaceMesh& mesh, std::span<const MeshFault> fa
 }  // namespace
 
 bool is_around(const Vector3d& p, double size, std::span<const Vector3d> places) {
-    return std::any_of(places.begin(), places.end(), [&](const Vector3d& q) { return (q - p).norm() < kAround * size; });
+    return std::any_of(places.begin(), places.end(),
+                       [&](const Vector3d& q) { return (q - p).norm() < kAround * size; });
 }
 
 namespace {
@@ -608,11 +660,14 @@ namespace {
 // One mesh on its way to the result.
 class Remesher {
   public:
-    Remesher(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options, MeshChecks* checks)
+    Remesher(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells,
+             const RemeshOptions& options, MeshChecks* checks)
         : surface_(surface), options_(options), checks_(checks), clock_(result_.statistics.seconds) {
         expect(control);
         support_ = std::make_unique<TriangleSupport>(surface.support, surface.features, control);
-        const Frozen frozen = surface.required ? frozen_elements(surface.support.points(), surface.support.mesh(), *surface.required) : Frozen{};
+        const Frozen frozen = surface.required
+                                  ? frozen_elements(surface.support.points(), surface.support.mesh(), *surface.required)
+                                  : Frozen{};
         editor_ = first_editor(surface, *support_, frozen, cells);
         result_.statistics.generated_triangles = editor_->mesh().num_live_triangles();
         clock_.done("assembly");
@@ -632,14 +687,22 @@ class Remesher {
 
   private:
     bool has_limit() const { return checks_ && checks_->has_limit(); }
-    double goal_of(double with_limit) const { return has_limit() ? std::min(with_limit, options_.goal) : options_.goal; }
+    double goal_of(double with_limit) const {
+        return has_limit() ? std::min(with_limit, options_.goal) : options_.goal;
+    }
 
-    void expect(const ControlSpace& control) { result_.statistics.predicted_triangles = check_estimate(control, options_); }
+    void expect(const ControlSpace& control) {
+        result_.statistics.predicted_triangles = check_estimate(control, options_);
+    }
 
     void optimise_for(MeshStage stage, std::vector<char> active) {
         const bool fast = stage == MeshStage::Draft || options_.fast;
         const double goal = goal_of(kGoalOnTheWay);
-        take_report(optimise(*editor_, {.fast = fast, .goal = goal, .given = given_, .fitted = fitted_, .active = std::move(active)}, clock_), result_.statistics);
+        take_report(
+            optimise(*editor_,
+                     {.fast = fast, .goal = goal, .given = given_, .fitted = fitted_, .active = std::move(active)},
+                     clock_),
+            result_.statistics);
         given_ = false;
         fitted_ = stage == MeshStage::Draft;
     }
@@ -708,24 +771,29 @@ class Remesher {
             const std::vector<BrokenPlace> broken_now = broken_places(*editor_);
             if (may_break || broken_now.size() <= broken_before.size()) return;
             for (const BrokenPlace& broken : broken_now) {
-                const auto is_same = [&](const BrokenPlace& before) { return (before.at - broken.at).norm() < kSamePlace * broken.size; };
+                const auto is_same = [&](const BrokenPlace& before) {
+                    return (before.at - broken.at).norm() < kSamePlace * broken.size;
+                };
                 if (std::none_of(broken_before.begin(), broken_before.end(), is_same)) in_vain_.push_back(broken.at);
             }
             if (in_vain_.size() == known) return;
             // Back to what it was there; if that is not enough, ever farther around, and in the end everywhere.
             const auto in_vain_now = std::span(in_vain_).subspan(known_before);
             for (std::size_t v = 0; v < vertices.size(); ++v)
-                if (attempt + 1 == kMostAttempts || is_around(vertices[v].p, reach * vertices[v].h, in_vain_now)) sizes[v] = result_.mesh.sizes[v];
+                if (attempt + 1 == kMostAttempts || is_around(vertices[v].p, reach * vertices[v].h, in_vain_now))
+                    sizes[v] = result_.mesh.sizes[v];
             reach *= kWider;
         }
     }
 
-    // Checks a mesh, and mends its faults one by one where they are few, as long as that makes it better. @returns those that are left
+    // Checks a mesh, and mends its faults one by one where they are few, as long as that makes it better. @returns
+    // those that are left
     std::vector<MeshFault> check_and_mend(std::unique_ptr<Editor>& editor, SurfaceMesh& mesh) {
         std::vector<MeshFault> faults = checks_->faults_of(mesh);
         clock_.done("check");
         const double few = std::max(kFewFaultsInAll, kFewFaults * static_cast<double>(mesh.triangles.size()));
-        for (int mendings = 0; !faults.empty() && static_cast<double>(faults.size()) <= few && mendings < kMostMendings; ++mendings) {
+        for (int mendings = 0; !faults.empty() && static_cast<double>(faults.size()) <= few && mendings < kMostMendings;
+             ++mendings) {
             auto mender = std::make_unique<Editor>(*support_, editor->vertices(), editor->mesh());
             const bool any = mend(*mender, mesh, faults, *checks_);
             clock_.done("mending");
@@ -743,17 +811,20 @@ class Remesher {
         return faults;
     }
 
-    // Improves what is not as good as it could be, without losing what was reached. @param around  places to do that at; empty: everywhere
+    // Improves what is not as good as it could be, without losing what was reached. @param around  places to do that
+    // at; empty: everywhere
     void polish_last(std::span<const Vector3d> around) {
         std::vector<char> active;
         if (!around.empty())
             for (const Vertex& v : editor_->vertices())
-                active.push_back(std::any_of(around.begin(), around.end(), [&](const Vector3d& p) { return (p - v.p).norm() < kAroundBad * v.h; }));
+                active.push_back(std::any_of(around.begin(), around.end(),
+                                             [&](const Vector3d& p) { return (p - v.p).norm() < kAroundBad * v.h; }));
         std::vector<Vector3d> barred;
         for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
             auto polisher = std::make_unique<Editor>(*support_, editor_->vertices(), editor_->mesh());
             polisher->set_guard([&](const Editor& now, std::span<const int> vertices) {
-                return std::none_of(vertices.begin(), vertices.end(), [&](int v) { return is_around(now.vertex(v).p, now.vertex(v).h, barred); }) &&
+                return std::none_of(vertices.begin(), vertices.end(),
+                                    [&](int v) { return is_around(now.vertex(v).p, now.vertex(v).h, barred); }) &&
                        checks_->allows(part_around(now, vertices));
             });
             const OptimiseReport report = polish(*polisher, goal_of(kGoalOfPolish), active, clock_);
@@ -794,8 +865,8 @@ class Remesher {
         clock_.done("check");
     }
 
-    // Makes the mesh anew, with smaller sizes, around its faults or, where it has none, around elements that fall short though nothing
-    // forces them to.
+    // Makes the mesh anew, with smaller sizes, around its faults or, where it has none, around elements that fall short
+    // though nothing forces them to.
     void try_again() {
         double factor = kSmaller;
         for (int attempt = 1, failures = 0; attempt <= kMostRetries && failures < kMostFailures; ++attempt) {
@@ -811,7 +882,9 @@ class Remesher {
                 take_mesh();
                 refine_while_at_fault();
                 polish_last(before.points);
-                if (faults.empty() ? is_as_good(faults_, faults) && bad_places(result_.mesh).elements < before.elements : is_better(faults_, faults)) continue;
+                if (faults.empty() ? is_as_good(faults_, faults) && bad_places(result_.mesh).elements < before.elements
+                                   : is_better(faults_, faults))
+                    continue;
             } catch (const std::length_error&) {
                 // More triangles than there may be: then the mesh stays what it was.
             }
@@ -863,13 +936,15 @@ class Remesher {
 
 }  // namespace
 
-RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options,
-                    MeshChecks* checks) {
+RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells,
+                    const RemeshOptions& options, MeshChecks* checks) {
     const Connectivity& mesh = surface.support.mesh();
     if (std::ssize(cells) < mesh.num_vertices())
-        throw std::invalid_argument("remesh: " + std::to_string(cells.size()) + " cells for " + std::to_string(mesh.num_vertices()) + " vertices");
+        throw std::invalid_argument("remesh: " + std::to_string(cells.size()) + " cells for " +
+                                    std::to_string(mesh.num_vertices()) + " vertices");
     if (!surface.labels.empty() && std::ssize(surface.labels) != mesh.num_triangles())
-        throw std::invalid_argument("remesh: " + std::to_string(surface.labels.size()) + " labels for " + std::to_string(mesh.num_triangles()) + " triangles");
+        throw std::invalid_argument("remesh: " + std::to_string(surface.labels.size()) + " labels for " +
+                                    std::to_string(mesh.num_triangles()) + " triangles");
     return Remesher(surface, control, cells, options, checks).run();
 }
 

@@ -9,14 +9,17 @@ namespace gradus {
 
 namespace {
 
-constexpr double kLargestNoise = 0.001;  // of the diagonal: creases that stand out by more are meant, however large a chord error is asked for
-constexpr int kMostRounds = 4;           // of taking away creases that leave no room
-constexpr double kLargestSag = 3;        // chord errors, of a round over its facets: more asks for elements a third as large as these
-constexpr double kNearFaults = 3;        // chord errors, or of what creases stand out by
+constexpr double kLargestNoise =
+    0.001;  // of the diagonal: creases that stand out by more are meant, however large a chord error is asked for
+constexpr int kMostRounds = 4;  // of taking away creases that leave no room
+constexpr double kLargestSag =
+    3;  // chord errors, of a round over its facets: more asks for elements a third as large as these
+constexpr double kNearFaults = 3;  // chord errors, or of what creases stand out by
 
 }  // namespace
 
-std::unique_ptr<Triangulation> triangulation_for(TriangleSoup soup, const SizingRule& rule, TriangulationOptions options,
+std::unique_ptr<Triangulation> triangulation_for(TriangleSoup soup, const SizingRule& rule,
+                                                 TriangulationOptions options,
                                                  std::span<const Eigen::Vector3d> places) {
     const bool has_limit = rule.kind == SizingRule::Kind::ChordError;
     const double most = kLargestNoise * diagonal_of(soup);

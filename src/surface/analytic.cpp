@@ -50,12 +50,14 @@ struct Profile {
 
 Jet2 turn(const Vector3d& centre, double u, const Profile& at) {
     const Vector3d e(std::cos(u), std::sin(u), 0), f(-e.y(), e.x(), 0), z = Vector3d::UnitZ();
-    return {centre + at.r * e + at.z * z, at.r * f, at.dr * e + at.dz * z, -at.r * e, at.dr * f, at.ddr * e + at.ddz * z};
+    return {centre + at.r * e + at.z * z, at.r * f, at.dr * e + at.dz * z, -at.r * e, at.dr * f,
+            at.ddr * e + at.ddz * z};
 }
 
 class Sphere final : public AnalyticSurface {
   public:
-    Sphere(const Vector3d& centre, double radius) : AnalyticSurface({{0, -pi / 2}, {2 * pi, pi / 2}}), centre_(centre), radius_(radius) {}
+    Sphere(const Vector3d& centre, double radius)
+        : AnalyticSurface({{0, -pi / 2}, {2 * pi, pi / 2}}), centre_(centre), radius_(radius) {}
     Jet2 jet2(const Vector2d& uv) const override {
         const double c = radius_ * std::cos(uv.y()), s = radius_ * std::sin(uv.y());
         return turn(centre_, uv.x(), {c, s, -s, c, -c, -s});
@@ -93,7 +95,8 @@ class Cylinder final : public AnalyticSurface {
 
 class Reparametrised final : public AnalyticSurface {
   public:
-    Reparametrised(std::unique_ptr<const ParametricSurface> surface, const Eigen::Matrix2d& A, const Vector2d& b, const Domain& domain)
+    Reparametrised(std::unique_ptr<const ParametricSurface> surface, const Eigen::Matrix2d& A, const Vector2d& b,
+                   const Domain& domain)
         : AnalyticSurface(domain), surface_(std::move(surface)), A_(A), b_(b) {}
     Vector3d position(const Vector2d& x) const override { return surface_->position(A_ * x + b_); }
     Jet1 jet1(const Vector2d& x) const override {
@@ -103,9 +106,15 @@ class Reparametrised final : public AnalyticSurface {
     Jet2 jet2(const Vector2d& x) const override {
         const Jet2 s = surface_->jet2(A_ * x + b_);
         const auto second = [&](int i, int j) -> Vector3d {
-            return A_(0, i) * A_(0, j) * s.duu + (A_(0, i) * A_(1, j) + A_(1, i) * A_(0, j)) * s.duv + A_(1, i) * A_(1, j) * s.dvv;
+            return A_(0, i) * A_(0, j) * s.duu + (A_(0, i) * A_(1, j) + A_(1, i) * A_(0, j)) * s.duv +
+                   A_(1, i) * A_(1, j) * s.dvv;
         };
-        return {s.p, A_(0, 0) * s.du + A_(1, 0) * s.dv, A_(0, 1) * s.du + A_(1, 1) * s.dv, second(0, 0), second(0, 1), second(1, 1)};
+        return {s.p,
+                A_(0, 0) * s.du + A_(1, 0) * s.dv,
+                A_(0, 1) * s.du + A_(1, 1) * s.dv,
+                second(0, 0),
+                second(0, 1),
+                second(1, 1)};
     }
 
   private:
@@ -116,13 +125,16 @@ class Reparametrised final : public AnalyticSurface {
 
 void require_positive(const char* function, const char* name, double value) {
     if (!(value > 0) || !std::isfinite(value))
-        throw std::invalid_argument(std::string(function) + ": " + name + " is " + std::to_string(value) + ", must be positive");
+        throw std::invalid_argument(std::string(function) + ": " + name + " is " + std::to_string(value) +
+                                    ", must be positive");
 }
 
 }  // namespace
 
-std::unique_ptr<const ParametricSurface> make_plane(const Vector3d& origin, const Vector3d& a, const Vector3d& b, const Domain& domain) {
-    if (!(a.cross(b).norm() > 1e-12 * a.norm() * b.norm())) throw std::invalid_argument("make_plane: a and b are parallel");
+std::unique_ptr<const ParametricSurface> make_plane(const Vector3d& origin, const Vector3d& a, const Vector3d& b,
+                                                    const Domain& domain) {
+    if (!(a.cross(b).norm() > 1e-12 * a.norm() * b.norm()))
+        throw std::invalid_argument("make_plane: a and b are parallel");
     return std::make_unique<const Plane>(origin, a, b, domain);
 }
 
@@ -143,8 +155,9 @@ std::unique_ptr<const ParametricSurface> make_cylinder(const Vector3d& base, dou
     return std::make_unique<const Cylinder>(base, radius, height);
 }
 
-std::unique_ptr<const ParametricSurface> reparametrise(std::unique_ptr<const ParametricSurface> surface, const Eigen::Matrix2d& A,
-                                                       const Vector2d& b, const Domain& domain) {
+std::unique_ptr<const ParametricSurface> reparametrise(std::unique_ptr<const ParametricSurface> surface,
+                                                       const Eigen::Matrix2d& A, const Vector2d& b,
+                                                       const Domain& domain) {
     if (A.determinant() == 0 || !A.allFinite()) throw std::invalid_argument("reparametrise: A is singular");
     return std::make_unique<const Reparametrised>(std::move(surface), A, b, domain);
 }

@@ -7,14 +7,16 @@
 namespace gradus {
 namespace {
 
-// Coordinates are padded to four (the fourth is the weight, or unused), so that sums of points are whole vector operations.
+// Coordinates are padded to four (the fourth is the weight, or unused), so that sums of points are whole vector
+// operations.
 using Point4 = Eigen::Vector4d;
 
-// Sums pair the points of either end, so that a curve run backwards (1 - t for t) gives the same bits: addition commutes.
-// At t = 0 and t = 1 all weights but one are exactly zero: end points are interpolated exactly. Both would be lost to fused
-// multiply-add, which src/surface/CMakeLists.txt turns off for this file.
+// Sums pair the points of either end, so that a curve run backwards (1 - t for t) gives the same bits: addition
+// commutes. At t = 0 and t = 1 all weights but one are exactly zero: end points are interpolated exactly. Both would be
+// lost to fused multiply-add, which src/surface/CMakeLists.txt turns off for this file.
 
-// -- Bicubic, polynomial: everything unrolled ---------------------------------------------------------------------------------
+// -- Bicubic, polynomial: everything unrolled
+// ---------------------------------------------------------------------------------
 
 struct CubicWeights {
     double b0, b1, b2, b3;
@@ -111,7 +113,8 @@ class BicubicPatch final : public ParametricSurface {
     Point4 net_vv_[2][4];  // and the second
 };
 
-// -- Any degree, rational or not ----------------------------------------------------------------------------------------------
+// -- Any degree, rational or not
+// ----------------------------------------------------------------------------------------------
 
 /// Bernstein polynomials of one degree at one parameter.
 struct Weights {
@@ -178,7 +181,8 @@ class GeneralPatch final : public ParametricSurface {
         }
         if constexpr (Order >= 1) {
             const Weights b(n_ - 1, v);
-            for (int i = 0; i <= m_; ++i) qv[i] = n_ * b.sum([&](int j) -> Point4 { return net(i, j + 1) - net(i, j); });
+            for (int i = 0; i <= m_; ++i)
+                qv[i] = n_ * b.sum([&](int j) -> Point4 { return net(i, j + 1) - net(i, j); });
         }
         if constexpr (Order >= 2) {
             if (n_ < 2) {
@@ -186,8 +190,9 @@ class GeneralPatch final : public ParametricSurface {
             } else {
                 const Weights b(n_ - 2, v);
                 for (int i = 0; i <= m_; ++i)
-                    qvv[i] = n_ * (n_ - 1) *
-                             b.sum([&](int j) -> Point4 { return (net(i, j + 2) - net(i, j + 1)) - (net(i, j + 1) - net(i, j)); });
+                    qvv[i] = n_ * (n_ - 1) * b.sum([&](int j) -> Point4 {
+                        return (net(i, j + 2) - net(i, j + 1)) - (net(i, j + 1) - net(i, j));
+                    });
             }
         }
 
@@ -198,8 +203,10 @@ class GeneralPatch final : public ParametricSurface {
         if constexpr (Order >= 1) {
             const Weights b1(m_ - 1, u);
             const Point4 du = first_along(b1, q), dv = along(b0, qv);
-            jet.du = rational_ ? Eigen::Vector3d((du.head<3>() - du.w() * jet.p) / p.w()) : Eigen::Vector3d(du.head<3>());
-            jet.dv = rational_ ? Eigen::Vector3d((dv.head<3>() - dv.w() * jet.p) / p.w()) : Eigen::Vector3d(dv.head<3>());
+            jet.du =
+                rational_ ? Eigen::Vector3d((du.head<3>() - du.w() * jet.p) / p.w()) : Eigen::Vector3d(du.head<3>());
+            jet.dv =
+                rational_ ? Eigen::Vector3d((dv.head<3>() - dv.w() * jet.p) / p.w()) : Eigen::Vector3d(dv.head<3>());
             if constexpr (Order >= 2) {
                 const Point4 duu = second_along(u, q), duv = first_along(b1, qv), dvv = along(b0, qvv);
                 if (rational_) {
@@ -243,8 +250,8 @@ class GeneralPatch final : public ParametricSurface {
 
 void check_degree(const char* name, int degree) {
     if (degree < 1 || degree > max_bezier_degree)
-        throw std::invalid_argument("make_bezier_patch: " + std::string(name) + " is " + std::to_string(degree) + ", must be 1 to " +
-                                    std::to_string(max_bezier_degree));
+        throw std::invalid_argument("make_bezier_patch: " + std::string(name) + " is " + std::to_string(degree) +
+                                    ", must be 1 to " + std::to_string(max_bezier_degree));
 }
 
 void check(const BezierNet& net) {
@@ -252,15 +259,18 @@ void check(const BezierNet& net) {
     check_degree("degree_v", net.degree_v);
     const std::size_t size = static_cast<std::size_t>(net.degree_u + 1) * (net.degree_v + 1);
     if (net.points.size() != size)
-        throw std::invalid_argument("make_bezier_patch: " + std::to_string(net.points.size()) + " points, must be " + std::to_string(size));
-    if (!net.weights.empty() && net.weights.size() != size)
-        throw std::invalid_argument("make_bezier_patch: " + std::to_string(net.weights.size()) + " weights, must be none or " +
+        throw std::invalid_argument("make_bezier_patch: " + std::to_string(net.points.size()) + " points, must be " +
                                     std::to_string(size));
+    if (!net.weights.empty() && net.weights.size() != size)
+        throw std::invalid_argument("make_bezier_patch: " + std::to_string(net.weights.size()) +
+                                    " weights, must be none or " + std::to_string(size));
     for (std::size_t k = 0; k < size; ++k)
-        if (!net.points[k].allFinite()) throw std::invalid_argument("make_bezier_patch: point " + std::to_string(k) + " is not finite");
+        if (!net.points[k].allFinite())
+            throw std::invalid_argument("make_bezier_patch: point " + std::to_string(k) + " is not finite");
     for (std::size_t k = 0; k < net.weights.size(); ++k)
         if (!(net.weights[k] > 0) || !std::isfinite(net.weights[k]))
-            throw std::invalid_argument("make_bezier_patch: weight " + std::to_string(k) + " is not positive and finite");
+            throw std::invalid_argument("make_bezier_patch: weight " + std::to_string(k) +
+                                        " is not positive and finite");
 }
 
 }  // namespace

@@ -45,7 +45,8 @@ Vector2d corner_uv(const Domain& d, int corner) {
     return {corner == 1 || corner == 2 ? d.max.x() : d.min.x(), corner >= 2 ? d.max.y() : d.min.y()};
 }
 
-// -- Areas, volumes ------------------------------------------------------------------------------------------------------------
+// -- Areas, volumes
+// ------------------------------------------------------------------------------------------------------------
 
 struct PatchIntegrals {
     double area = 0;
@@ -58,7 +59,8 @@ PatchIntegrals integrate(const ParametricSurface& patch, const Vector3d& apex, i
     PatchIntegrals result;
     for (int a = 0; a < 5 * pieces; ++a)
         for (int b = 0; b < 5 * pieces; ++b) {
-            const Vector2d uv(d.min.x() + du * (a / 5 + gauss_points[a % 5]), d.min.y() + dv * (b / 5 + gauss_points[b % 5]));
+            const Vector2d uv(d.min.x() + du * (a / 5 + gauss_points[a % 5]),
+                              d.min.y() + dv * (b / 5 + gauss_points[b % 5]));
             const Jet1 jet = patch.jet1(uv);
             const Vector3d n = jet.du.cross(jet.dv);
             const double weight = gauss_weights[a % 5] * gauss_weights[b % 5] * du * dv;
@@ -68,7 +70,8 @@ PatchIntegrals integrate(const ParametricSurface& patch, const Vector3d& apex, i
     return result;
 }
 
-// -- Sides and which of them coincide ------------------------------------------------------------------------------------------
+// -- Sides and which of them coincide
+// ------------------------------------------------------------------------------------------
 
 struct SampledSide {
     SideTrace curve;
@@ -130,7 +133,8 @@ std::optional<std::vector<double>> follow(const SampledSide& a, const SampledSid
 
 std::optional<Match> match(const SampledSide& a, const SampledSide& b, double tolerance) {
     for (const bool reversed : {false, true})
-        if (ends_agree(a, b, reversed, tolerance) && samples_agree(a, b, reversed, tolerance)) return Match{reversed, true, {}};
+        if (ends_agree(a, b, reversed, tolerance) && samples_agree(a, b, reversed, tolerance))
+            return Match{reversed, true, {}};
     for (const bool reversed : {false, true})
         if (ends_agree(a, b, reversed, tolerance))
             if (std::optional<std::vector<double>> table = follow(a, b, reversed, tolerance))
@@ -174,7 +178,8 @@ class EndIndex {
     std::map<Cell, std::vector<int>> cells_;
 };
 
-// -- Vertices, components ------------------------------------------------------------------------------------------------------
+// -- Vertices, components
+// ------------------------------------------------------------------------------------------------------
 
 /// Corners at t = 0 and t = 1 of a use of a curve, as 4 patch + corner.
 std::array<int, 2> end_corners(const SideUse& use) {
@@ -192,7 +197,8 @@ double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(a
 
 }  // namespace
 
-// -- Construction --------------------------------------------------------------------------------------------------------------
+// -- Construction
+// --------------------------------------------------------------------------------------------------------------
 
 /// The steps of the constructor, in order.
 struct PatchModel::Builder {
@@ -219,10 +225,12 @@ struct PatchModel::Builder {
             const int n = has_many() ? 2 : 8;
             for (int b = 0; b <= n; ++b)
                 for (int a = 0; a <= n; ++a) {
-                    const Jet1 jet = model.patch(i).jet1({interpolate(d.min.x(), d.max.x(), static_cast<double>(a) / n),
-                                                          interpolate(d.min.y(), d.max.y(), static_cast<double>(b) / n)});
+                    const Jet1 jet =
+                        model.patch(i).jet1({interpolate(d.min.x(), d.max.x(), static_cast<double>(a) / n),
+                                             interpolate(d.min.y(), d.max.y(), static_cast<double>(b) / n)});
                     if (!jet.p.allFinite() || !jet.du.allFinite() || !jet.dv.allFinite())
-                        throw std::invalid_argument("PatchModel: patch " + std::to_string(i) + " has values that are not finite");
+                        throw std::invalid_argument("PatchModel: patch " + std::to_string(i) +
+                                                    " has values that are not finite");
                     patch_low = patch_low.cwiseMin(jet.p);
                     patch_high = patch_high.cwiseMax(jet.p);
                 }
@@ -261,7 +269,8 @@ struct PatchModel::Builder {
             }
         }
         for (std::size_t c = 0; c < model.curves_.size(); ++c)
-            if (model.curves_[c].kind != CurveKind::Pole) model.curves_[c].length = length_of(sides[first_side[c]].curve);
+            if (model.curves_[c].kind != CurveKind::Pole)
+                model.curves_[c].length = length_of(sides[first_side[c]].curve);
     }
 
     void add_curve(const SideUse& use, CurveKind kind) {
@@ -281,8 +290,9 @@ struct PatchModel::Builder {
             ModelCurve& curve = model.curves_[c];
             const SideUse use{sides[k].patch, sides[k].curve.side, m->reversed};
             if (curve.uses.size() == 2)
-                throw std::invalid_argument("PatchModel: three sides share curve " + std::to_string(c) + ": " + describe(curve.uses[0]) +
-                                            ", " + describe(curve.uses[1]) + " and " + describe(use));
+                throw std::invalid_argument("PatchModel: three sides share curve " + std::to_string(c) + ": " +
+                                            describe(curve.uses[0]) + ", " + describe(curve.uses[1]) + " and " +
+                                            describe(use));
             curve.uses.push_back(use);
             curve.kind = CurveKind::Smooth;  // until the normals are seen
             curve.same_parameter = m->same_parameter;
@@ -334,7 +344,8 @@ struct PatchModel::Builder {
             std::vector<int> members{seed};
             model.component_[seed] = model.num_components_;
             for (std::size_t next = 0; next < members.size(); ++next)
-                for (int s = 0; s < 4; ++s) spread_across(model.side_curves_[4 * members[next] + s].curve, members[next], members);
+                for (int s = 0; s < 4; ++s)
+                    spread_across(model.side_curves_[4 * members[next] + s].curve, members[next], members);
             turn_outward(members);
             ++model.num_components_;
         }
@@ -352,12 +363,14 @@ struct PatchModel::Builder {
             model.flipped_[to] = wanted;
             members.push_back(to);
         } else if (model.flipped_[to] != wanted) {
-            throw std::invalid_argument("PatchModel: one-sided surface, no orientation agrees across curve " + std::to_string(c) + ": " +
-                                        describe(curve.uses[0]) + " and " + describe(curve.uses[1]));
+            throw std::invalid_argument("PatchModel: one-sided surface, no orientation agrees across curve " +
+                                        std::to_string(c) + ": " + describe(curve.uses[0]) + " and " +
+                                        describe(curve.uses[1]));
         }
     }
 
-    /// Turns a component over if it encloses a negative volume, once its boundary loops are capped by cones over their centres.
+    /// Turns a component over if it encloses a negative volume, once its boundary loops are capped by cones over their
+    /// centres.
     void turn_outward(const std::vector<int>& members) {
         const Vector3d apex = model.vertices_[model.corner_vertices_[4 * members[0]]].point;
         double area = 0, volume = 0, cap_area = 0;
@@ -377,11 +390,13 @@ struct PatchModel::Builder {
         std::vector<int> boundary;
         for (const int i : members)
             for (int s = 0; s < 4; ++s)
-                if (const int c = model.side_curves_[4 * i + s].curve; model.curves_[c].kind == CurveKind::Boundary) boundary.push_back(c);
+                if (const int c = model.side_curves_[4 * i + s].curve; model.curves_[c].kind == CurveKind::Boundary)
+                    boundary.push_back(c);
         std::map<int, int> curve_at;  // vertex to position in `boundary`
         DisjointSets sets(static_cast<int>(boundary.size()));
         for (int k = 0; k < static_cast<int>(boundary.size()); ++k)
-            for (const int vertex : model.curves_[boundary[k]].ends) sets.unite(k, curve_at.emplace(vertex, k).first->second);
+            for (const int vertex : model.curves_[boundary[k]].ends)
+                sets.unite(k, curve_at.emplace(vertex, k).first->second);
         std::map<int, std::vector<int>> loops;
         for (int k = 0; k < static_cast<int>(boundary.size()); ++k) loops[sets.find(k)].push_back(boundary[k]);
         std::vector<std::vector<int>> result;
@@ -413,7 +428,8 @@ struct PatchModel::Builder {
             const SideTrace curve{&model.patch(use.patch), use.side};
             const bool forward = runs_counter_clockwise(use) != static_cast<bool>(model.flipped_[use.patch]);
             for (int k = 0; k < side_pieces; ++k) {
-                const Vector3d a = curve.point(static_cast<double>(k) / side_pieces), b = curve.point((k + 1.0) / side_pieces);
+                const Vector3d a = curve.point(static_cast<double>(k) / side_pieces),
+                               b = curve.point((k + 1.0) / side_pieces);
                 forward ? visit(a, b) : visit(b, a);
             }
         }
@@ -425,8 +441,9 @@ struct PatchModel::Builder {
             if (curve.uses.size() != 2) continue;
             for (int k = 0; k <= side_pieces; ++k) {
                 const double t = static_cast<double>(k) / side_pieces;
-                curve.largest_angle = std::max(curve.largest_angle,
-                                               angle_between(model.normal(model.on_curve(c, 0, t)), model.normal(model.on_curve(c, 1, t))));
+                curve.largest_angle = std::max(
+                    curve.largest_angle,
+                    angle_between(model.normal(model.on_curve(c, 0, t)), model.normal(model.on_curve(c, 1, t))));
             }
             curve.kind = curve.largest_angle >= options.crease_angle ? CurveKind::Crease : CurveKind::Smooth;
         }
@@ -444,14 +461,17 @@ PatchModel::PatchModel(std::vector<std::unique_ptr<const ParametricSurface>> pat
     builder.classify_curves();
 }
 
-// -- Queries -------------------------------------------------------------------------------------------------------------------
+// -- Queries
+// -------------------------------------------------------------------------------------------------------------------
 
 SurfacePoint PatchModel::on_curve(int curve, int use, double t) const {
     const SideUse& at = curves_[curve].uses[use];
     // Rounded so that 1 - t is exact, too: both uses are then evaluated at the same places to the bit.
     double s = 1 - (1 - t);
-    if (use == 1 && !curves_[curve].same_parameter) s = follow_match(curve, 0, s);
-    else if (at.reversed) s = 1 - s;
+    if (use == 1 && !curves_[curve].same_parameter)
+        s = follow_match(curve, 0, s);
+    else if (at.reversed)
+        s = 1 - s;
     return {at.patch, side_uv(patch(at.patch).domain(), at.side, s)};
 }
 

@@ -14,7 +14,8 @@ constexpr int kHalvings = 8;
 
 }  // namespace
 
-PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d& p, const Eigen::Vector2d& start, bool inside) {
+PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d& p, const Eigen::Vector2d& start,
+                        bool inside) {
     const Domain domain = surface.domain();
     const Eigen::Vector2d extent = domain.max - domain.min;
     Eigen::Vector2d uv = start;
@@ -24,9 +25,11 @@ PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d&
         const Eigen::Vector3d r = p - jet.p;
         const double a = jet.du.dot(r), b = jet.dv.dot(r);
         double E = jet.du.squaredNorm(), F = jet.du.dot(jet.dv), G = jet.dv.squaredNorm();
-        // On a side of the domain that the step would cross, move along the side only; at a pole one direction stands still.
+        // On a side of the domain that the step would cross, move along the side only; at a pole one direction stands
+        // still.
         const auto held = [&](int axis, double slope) {
-            return inside && ((uv[axis] <= domain.min[axis] && slope < 0) || (uv[axis] >= domain.max[axis] && slope > 0));
+            return inside &&
+                   ((uv[axis] <= domain.min[axis] && slope < 0) || (uv[axis] >= domain.max[axis] && slope > 0));
         };
         const double trace = E + G;
         if (!(trace > 0)) break;
@@ -35,8 +38,10 @@ PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d&
         Eigen::Vector2d d;
         const bool hold_u = held(0, a), hold_v = held(1, b);
         if (hold_u && hold_v) break;
-        if (hold_u) d = {0, b / G};
-        else if (hold_v) d = {a / E, 0};
+        if (hold_u)
+            d = {0, b / G};
+        else if (hold_v)
+            d = {a / E, 0};
         else {
             const double det = std::max(E * G - F * F, 1e-14 * E * G);
             d = {(G * a - F * b) / det, (E * b - F * a) / det};
@@ -62,7 +67,9 @@ PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d&
 
 PatchProjection project(const ParametricSurface& surface, const Eigen::Vector3d& p, int cells) {
     const Domain domain = surface.domain();
-    const auto uv_of = [&](int i, int j) -> Eigen::Vector2d { return domain.min + Eigen::Vector2d(i, j).cwiseProduct(domain.max - domain.min) / cells; };
+    const auto uv_of = [&](int i, int j) -> Eigen::Vector2d {
+        return domain.min + Eigen::Vector2d(i, j).cwiseProduct(domain.max - domain.min) / cells;
+    };
     std::vector<double> squared;
     double least = std::numeric_limits<double>::infinity(), most = 0;
     for (int j = 0; j <= cells; ++j)

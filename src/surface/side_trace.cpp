@@ -12,7 +12,8 @@ namespace {
 
 double gauss_length(const SideTrace& curve, double from, double to) {
     double sum = 0;
-    for (int k = 0; k < 5; ++k) sum += gauss_weights[k] * curve.derivative(interpolate(from, to, gauss_points[k])).norm();
+    for (int k = 0; k < 5; ++k)
+        sum += gauss_weights[k] * curve.derivative(interpolate(from, to, gauss_points[k])).norm();
     return sum * (to - from);
 }
 
@@ -28,7 +29,9 @@ double adaptive_length(const SideTrace& curve, double from, double to, double wh
 }  // namespace
 
 Vector2d side_uv(const Domain& d, Side side, double s) {
-    if (along_u(side)) return {s == 1 ? d.max.x() : interpolate(d.min.x(), d.max.x(), s), side == Side::Bottom ? d.min.y() : d.max.y()};
+    if (along_u(side))
+        return {s == 1 ? d.max.x() : interpolate(d.min.x(), d.max.x(), s),
+                side == Side::Bottom ? d.min.y() : d.max.y()};
     return {side == Side::Left ? d.min.x() : d.max.x(), s == 1 ? d.max.y() : interpolate(d.min.y(), d.max.y(), s)};
 }
 

@@ -13,8 +13,8 @@ inline constexpr int side_pieces = 32;
 // Gauss-Legendre, 5 points, on [0, 1].
 inline constexpr std::array<double, 5> gauss_points{0.04691007703066800, 0.23076534494715845, 0.5, 0.76923465505284155,
                                                     0.95308992296933200};
-inline constexpr std::array<double, 5> gauss_weights{0.11846344252809454, 0.23931433524968324, 0.28444444444444444, 0.23931433524968324,
-                                                     0.11846344252809454};
+inline constexpr std::array<double, 5> gauss_weights{0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
+                                                     0.23931433524968324, 0.11846344252809454};
 
 /// Exact at both ends, and for [0, 1] everywhere.
 inline double interpolate(double low, double high, double s) { return (1 - s) * low + s * high; }

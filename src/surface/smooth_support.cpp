@@ -13,14 +13,17 @@ using Eigen::Vector3d;
 
 constexpr double kSteepest = 0.5;  // cosine of the angle between an edge and its curve: no steeper than 60 degrees
 
-constexpr double kNormalCosine = 0.87;  // normals of vertices count as far as 30 degrees from the facet's
-constexpr double kInnerReach = 0.15;  // over the shortest edge
-constexpr double kRiseOverWidth = 0.25;  // of the curve of an edge, over the width of the narrower facet beside it, and of a patch over that of its own
-constexpr double kInnerBulge = 1.5;    // of an inner control point: a round one has about twice the height of the edges' middles
+constexpr double kNormalCosine = 0.87;   // normals of vertices count as far as 30 degrees from the facet's
+constexpr double kInnerReach = 0.15;     // over the shortest edge
+constexpr double kRiseOverWidth = 0.25;  // of the curve of an edge, over the width of the narrower facet beside it, and
+                                         // of a patch over that of its own
+constexpr double kInnerBulge =
+    1.5;  // of an inner control point: a round one has about twice the height of the edges' middles
 
 // Weight of a corner that is exact for spheres, times its normal [Max 1999].
 Vector3d corner_share(std::span<const Vector3d> points, const Connectivity& mesh, int h) {
-    const Vector3d a = points[mesh.target(h)] - points[mesh.origin(h)], b = points[mesh.apex(h)] - points[mesh.origin(h)];
+    const Vector3d a = points[mesh.target(h)] - points[mesh.origin(h)],
+                   b = points[mesh.apex(h)] - points[mesh.origin(h)];
     const double scale = a.squaredNorm() * b.squaredNorm();
     return scale > 0 ? Vector3d(a.cross(b) / scale) : Vector3d::Zero();
 }
@@ -71,8 +74,9 @@ std::vector<Vector3d> wedge_normals(std::span<const Vector3d> points, const Conn
     return normals;
 }
 
-SmoothSupport::SmoothSupport(std::span<const Vector3d> points, const Connectivity& mesh, const Features& features, const Wedges& wedges,
-                             const FlatFaces& flats, std::vector<Vector3d> normals, const Options& options)
+SmoothSupport::SmoothSupport(std::span<const Vector3d> points, const Connectivity& mesh, const Features& features,
+                             const Wedges& wedges, const FlatFaces& flats, std::vector<Vector3d> normals,
+                             const Options& options)
     : points_(points), mesh_(&mesh), wedges_(&wedges), flats_(&flats), options_(options), normals_(std::move(normals)) {
     find_tangents(features);
     turn_normals(features);
@@ -95,7 +99,8 @@ void SmoothSupport::find_folds() {
     std::vector<int> near;
     const auto reach = [&](int vertex) {
         mesh.for_each_outgoing(vertex, [&](int e) {
-            if (int& number = normal_near_folds_[e / 3]; number < 0) number = static_cast<int>(near.size()), near.push_back(e / 3);
+            if (int& number = normal_near_folds_[e / 3]; number < 0)
+                number = static_cast<int>(near.size()), near.push_back(e / 3);
         });
     };
     for (int h = 0; h < 3 * n; ++h) {
@@ -113,8 +118,8 @@ void SmoothSupport::find_folds() {
     for (const int t : near) facet_normals_.push_back(normals[t]);
 }
 
-// A chord that is longer than those it meets is straight, as a flat face is, and the others follow its direction; else the tangent is that of
-// the circle through three points.
+// A chord that is longer than those it meets is straight, as a flat face is, and the others follow its direction; else
+// the tangent is that of the circle through three points.
 void SmoothSupport::find_tangents(const Features& features) {
     tangents_.assign(mesh_->num_vertices(), Vector3d::Zero());
     is_tip_ = features.corner;
@@ -123,12 +128,16 @@ void SmoothSupport::find_tangents(const Features& features) {
     for (const FeatureChain& chain : features.chains) {
         const int n = static_cast<int>(chain.vertices.size()), edges = chain.num_edges();
         for (int i = chain.closed ? 0 : 1; i < (chain.closed ? n : n - 1); ++i) {
-            const Vector3d &a = points_[chain.vertex(i + n - 1)], &b = points_[chain.vertices[i]], &c = points_[chain.vertex(i + 1)];
+            const Vector3d &a = points_[chain.vertex(i + n - 1)], &b = points_[chain.vertices[i]],
+                           &c = points_[chain.vertex(i + 1)];
             const int before = (i + edges - 1) % edges;
             Vector3d& tangent = tangents_[chain.vertices[i]];
-            if (is_straight_chord(points_, chain, before)) tangent = unit_or_zero(b - a);
-            else if (is_straight_chord(points_, chain, i)) tangent = unit_or_zero(c - b);
-            else tangent = circle_tangent(a, b, c);
+            if (is_straight_chord(points_, chain, before))
+                tangent = unit_or_zero(b - a);
+            else if (is_straight_chord(points_, chain, i))
+                tangent = unit_or_zero(c - b);
+            else
+                tangent = circle_tangent(a, b, c);
         }
     }
 }
@@ -164,7 +173,8 @@ void SmoothSupport::turn_normals(const Features& features) {
         wedges_->for_each(mesh, wedge, [&](int h) { last = h; });
         const int end = Connectivity::prev(last);
         if (!features.corner[v] || mesh.tag(end) < 0) continue;
-        const Vector3d u = unit_or_zero(handles(begin).from - points_[v]), w = unit_or_zero(handles(end).to - points_[v]);
+        const Vector3d u = unit_or_zero(handles(begin).from - points_[v]),
+                       w = unit_or_zero(handles(end).to - points_[v]);
         const Vector3d across = u.cross(w);
         constexpr double kNotParallel = 0.1;
         if (across.norm() > kNotParallel) normal = unit_or_zero(across.dot(normal) < 0 ? Vector3d(-across) : across);
@@ -175,11 +185,13 @@ void SmoothSupport::turn_normals(const Features& features) {
 double SmoothSupport::width_beside(int h) const {
     const Vector3d &a = points_[mesh_->origin(h)], along = points_[mesh_->target(h)] - a;
     double area2 = along.cross(points_[mesh_->apex(h)] - a).squaredNorm();
-    if (const int g = mesh_->twin(h); g >= 0) area2 = std::min(area2, along.cross(points_[mesh_->apex(g)] - a).squaredNorm());
+    if (const int g = mesh_->twin(h); g >= 0)
+        area2 = std::min(area2, along.cross(points_[mesh_->apex(g)] - a).squaredNorm());
     return std::sqrt(area2 / along.squaredNorm());
 }
 
-// Circle-like: handles of 2/3 of the chord over 1 + cosine of the angle to it; parabola-like for small angles either way.
+// Circle-like: handles of 2/3 of the chord over 1 + cosine of the angle to it; parabola-like for small angles either
+// way.
 SmoothSupport::Handles SmoothSupport::handles(int h) const {
     const int a = mesh_->origin(h), b = mesh_->target(h);
     const Vector3d &pa = points_[a], &pb = points_[b];
@@ -190,7 +202,8 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
     if (is_tip_[a] || is_tip_[b]) return {pa + chord / 3, pb - chord / 3};
     const int here = flats_->of(h / 3), there = mesh_->twin(h) >= 0 ? flats_->of(mesh_->twin(h) / 3) : -1;
     // Flat faces meet in a line, and what passes over into a flat face does.
-    if ((here >= 0 && there >= 0) || (mesh_->tag(h) < 0 && (here >= 0 || there >= 0))) return {pa + chord / 3, pb - chord / 3};
+    if ((here >= 0 && there >= 0) || (mesh_->tag(h) < 0 && (here >= 0 || there >= 0)))
+        return {pa + chord / 3, pb - chord / 3};
     const Vector3d along = chord / length;
     Vector3d ta = along, tb = along;
     if (mesh_->tag(h) >= 0) {
@@ -219,11 +232,14 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
         if (cosine >= kSteepest) return Vector3d(length * (2.0 / 3) / (1 + cosine) * t);
         // Too steep to be meant: bent towards the edge.
         const Vector3d across = unit_or_zero(t - cosine * along);
-        return Vector3d(length * (2.0 / 3) / (1 + kSteepest) * (kSteepest * along + std::sqrt(1 - kSteepest * kSteepest) * across));
+        return Vector3d(length * (2.0 / 3) / (1 + kSteepest) *
+                        (kSteepest * along + std::sqrt(1 - kSteepest * kSteepest) * across));
     };
     Vector3d from = handle(ta), to = handle(tb);
-    // The middle of the cubic lies 3/8 of the difference of the handles off the chord, a bend either way .29 of one of them.
-    const double bulge = std::max({0.375 * without(from - to, along).norm(), 0.29 * without(from, along).norm(), 0.29 * without(to, along).norm()});
+    // The middle of the cubic lies 3/8 of the difference of the handles off the chord, a bend either way .29 of one of
+    // them.
+    const double bulge = std::max({0.375 * without(from - to, along).norm(), 0.29 * without(from, along).norm(),
+                                   0.29 * without(to, along).norm()});
     const double most = std::min(options_.largest_bulge, kRiseOverWidth * width_beside(h));
     if (bulge > most) {
         const double share = most / bulge;
@@ -236,7 +252,8 @@ SmoothSupport::Handles SmoothSupport::handles(int h) const {
 Vector3d SmoothSupport::curve_point(int h, double s) const {
     const auto [from, to] = handles(h);
     const double r = 1 - s;
-    return r * r * r * points_[mesh_->origin(h)] + 3 * r * r * s * from + 3 * r * s * s * to + s * s * s * points_[mesh_->target(h)];
+    return r * r * r * points_[mesh_->origin(h)] + 3 * r * r * s * from + 3 * r * s * s * to +
+           s * s * s * points_[mesh_->target(h)];
 }
 
 GregoryPatch SmoothSupport::patch(int triangle) const {
@@ -261,20 +278,24 @@ GregoryPatch SmoothSupport::patch(int triangle) const {
         const auto& q = cubic[k];
         const auto& edge = side[k];
         const Vector3d w0 = q[1] - q[0], w1 = q[2] - q[1], w2 = q[3] - q[2];
-        const Vector3d a0 = unit_or_zero(corner_normal(triangle, k).cross(w0)), a2 = unit_or_zero(corner_normal(triangle, (k + 1) % 3).cross(w2));
+        const Vector3d a0 = unit_or_zero(corner_normal(triangle, k).cross(w0)),
+                       a2 = unit_or_zero(corner_normal(triangle, (k + 1) % 3).cross(w2));
         const Vector3d a1 = unit_or_zero(a0 + a2);
         // First row beside the side: known at its ends, where it belongs to the two other sides.
-        const Vector3d d0 = side[(k + 2) % 3][2] - (q[0] + edge[0]) / 2, d3 = side[(k + 1) % 3][0] - (edge[2] + q[3]) / 2;
+        const Vector3d d0 = side[(k + 2) % 3][2] - (q[0] + edge[0]) / 2,
+                       d3 = side[(k + 1) % 3][0] - (edge[2] + q[3]) / 2;
         const double n0 = w0.squaredNorm(), n2 = w2.squaredNorm();
-        const double l0 = n0 > 0 ? d0.dot(w0) / n0 : 0, l1 = n2 > 0 ? d3.dot(w2) / n2 : 0, m0 = d0.dot(a0), m1 = d3.dot(a2);
+        const double l0 = n0 > 0 ? d0.dot(w0) / n0 : 0, l1 = n2 > 0 ? d3.dot(w2) / n2 : 0, m0 = d0.dot(a0),
+                     m1 = d3.dot(a2);
         inner[k][0] = (edge[0] + edge[1]) / 2 + (l1 * w0 + 2 * l0 * w1 + m1 * a0 + 2 * m0 * a1) / 3;
         inner[k][1] = (edge[1] + edge[2]) / 2 + (2 * l1 * w1 + l0 * w2 + 2 * m1 * a1 + m0 * a2) / 3;
     }
-    // Control points of a fair patch lie over those of the facet, not far off it; what tangents that disagree would throw farther
-    // is held back, else the patch folds or leaves its facet.
+    // Control points of a fair patch lie over those of the facet, not far off it; what tangents that disagree would
+    // throw farther is held back, else the patch folds or leaves its facet.
     const Vector3d area = (p[1] - p[0]).cross(p[2] - p[0]), facing = area.stableNormalized();
     const auto [shortest, longest] = std::minmax({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
-    const double width = longest > 0 ? area.stableNorm() / longest : 0, most = kInnerBulge * std::min(options_.largest_bulge, kRiseOverWidth * width);
+    const double width = longest > 0 ? area.stableNorm() / longest : 0,
+                 most = kInnerBulge * std::min(options_.largest_bulge, kRiseOverWidth * width);
     const bool is_flat = flats_->of(triangle) >= 0;
     const double reach = kInnerReach * shortest;
     for (int k = 0; k < 3; ++k) {
@@ -298,7 +319,8 @@ Vector3d SmoothSupport::held_normal(int triangle, int k, const Vector3d& facing)
     const Vector3d& normal = corner_normal(triangle, k);
     const double cosine = normal.dot(facing);
     if (cosine >= kNormalCosine) return normal;
-    return kNormalCosine * facing + std::sqrt(1 - kNormalCosine * kNormalCosine) * unit_or_zero(normal - cosine * facing);
+    return kNormalCosine * facing +
+           std::sqrt(1 - kNormalCosine * kNormalCosine) * unit_or_zero(normal - cosine * facing);
 }
 
 Vector3d GregoryPatch::point(double b, double c) const {
@@ -307,7 +329,8 @@ Vector3d GregoryPatch::point(double b, double c) const {
     Vector3d sum = Vector3d::Zero();
     for (int k = 0; k < 3; ++k) {
         const double x = w[k], y = w[(k + 1) % 3], z = w[(k + 2) % 3];
-        sum += pow2(x * x) * corner[k] + 4 * x * y * (x * x * side[k][0] + y * y * side[k][2]) + 6 * pow2(x * y) * side[k][1];
+        sum += pow2(x * x) * corner[k] + 4 * x * y * (x * x * side[k][0] + y * y * side[k][2]) +
+               6 * pow2(x * y) * side[k][1];
         // Near corner k: from the side that leaves it and the one that reaches it.
         const double share = y + z > 0 ? y / (y + z) : 0.5;
         sum += 12 * x * x * y * z * (share * inner[k][0] + (1 - share) * inner[(k + 2) % 3][1]);
@@ -342,8 +365,10 @@ SmoothSupport::Foot SmoothSupport::walk(int triangle, const Vector3d& p) const {
             // Corner k without weight: the way out leads across the side opposite to it.
             if (w[k] > kEnd) continue;
             const int h = 3 * triangle + (k + 1) % 3;
-            if (mesh.tag(h) >= 0 || mesh.twin(h) < 0) barred = true;
-            else consider(mesh.twin(h) / 3);
+            if (mesh.tag(h) >= 0 || mesh.twin(h) < 0)
+                barred = true;
+            else
+                consider(mesh.twin(h) / 3);
         }
         for (int k = 0; k < 3; ++k) {
             if (w[k] < 1 - kEnd) continue;
@@ -351,7 +376,8 @@ SmoothSupport::Foot SmoothSupport::walk(int triangle, const Vector3d& p) const {
             const int start = 3 * triangle + k;
             int h = start;
             do {
-                if (barred = mesh.tag(Connectivity::prev(h)) >= 0 || mesh.rotate(h) == Connectivity::kNone; barred) break;
+                if (barred = mesh.tag(Connectivity::prev(h)) >= 0 || mesh.rotate(h) == Connectivity::kNone; barred)
+                    break;
                 h = mesh.rotate(h);
                 consider(h / 3);
             } while (h != start);

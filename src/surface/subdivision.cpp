@@ -30,7 +30,9 @@ std::string name(const Edge& e) { return name(e[0]) + "-" + name(e[1]); }
 struct Part {
     Vector2d origin, along_s, along_t, twist;
 
-    Vector2d at(const Vector2d& st) const { return origin + st.x() * along_s + st.y() * along_t + st.x() * st.y() * twist; }
+    Vector2d at(const Vector2d& st) const {
+        return origin + st.x() * along_s + st.y() * along_t + st.x() * st.y() * twist;
+    }
 };
 
 Part square(const Vector2d& low, double width) { return {low, {width, 0}, {0, width}, {0, 0}}; }
@@ -47,7 +49,8 @@ std::vector<Part> parts_of(const osd::Bfr::Parameterization& parameters, bool wh
     std::vector<Part> parts;
     if (parameters.GetType() == osd::Bfr::Parameterization::TRI) {
         const Vector2d corners[] = {{0, 0}, {1, 0}, {0, 1}};
-        for (int k = 0; k < 3; ++k) parts.push_back(corner_of_triangle(corners[(k + 2) % 3], corners[k], corners[(k + 1) % 3]));
+        for (int k = 0; k < 3; ++k)
+            parts.push_back(corner_of_triangle(corners[(k + 2) % 3], corners[k], corners[(k + 1) % 3]));
     } else if (parameters.HasSubFaces()) {
         for (int part = 0; part < parameters.GetFaceSize(); ++part) {
             const double zero[2] = {0, 0};
@@ -56,7 +59,8 @@ std::vector<Part> parts_of(const osd::Bfr::Parameterization& parameters, bool wh
             parts.push_back(square({low[0], low[1]}, 0.5));
         }
     } else {
-        for (const Vector2d& low : {Vector2d(0, 0), Vector2d(0.5, 0), Vector2d(0.5, 0.5), Vector2d(0, 0.5)}) parts.push_back(square(low, 0.5));
+        for (const Vector2d& low : {Vector2d(0, 0), Vector2d(0.5, 0), Vector2d(0.5, 0.5), Vector2d(0, 0.5)})
+            parts.push_back(square(low, 0.5));
     }
     return parts;
 }
@@ -70,13 +74,14 @@ class LimitPatch final : public ParametricSurface {
         std::unique_ptr<const osd::Bfr::RefinerSurfaceFactory<>> factory;
     };
 
-    LimitPatch(std::shared_ptr<const Shared> shared, std::shared_ptr<const Surface> surface, std::shared_ptr<const std::vector<double>> points,
-               const Part& part)
+    LimitPatch(std::shared_ptr<const Shared> shared, std::shared_ptr<const Surface> surface,
+               std::shared_ptr<const std::vector<double>> points, const Part& part)
         : shared_(std::move(shared)),
           surface_(std::move(surface)),
           points_(std::move(points)),
           part_(part),
-          may_be_turned_(surface_->GetParameterization().GetType() == osd::Bfr::Parameterization::TRI && !surface_->IsRegular()) {}
+          may_be_turned_(surface_->GetParameterization().GetType() == osd::Bfr::Parameterization::TRI &&
+                         !surface_->IsRegular()) {}
 
     Domain domain() const override { return {}; }
     Vector3d position(const Vector2d& st) const override {
@@ -92,7 +97,12 @@ class LimitPatch final : public ParametricSurface {
     Jet2 jet2(const Vector2d& st) const override {
         const Jet2 jet = face_jet2(part_.at(st));
         const Vector2d ds = part_.along_s + st.y() * part_.twist, dt = part_.along_t + st.x() * part_.twist;
-        return {jet.p, first(jet, ds), first(jet, dt), second(jet, ds, ds), second(jet, ds, dt) + first(jet, part_.twist), second(jet, dt, dt)};
+        return {jet.p,
+                first(jet, ds),
+                first(jet, dt),
+                second(jet, ds, ds),
+                second(jet, ds, dt) + first(jet, part_.twist),
+                second(jet, dt, dt)};
     }
 
   private:
@@ -112,13 +122,15 @@ class LimitPatch final : public ParametricSurface {
     }
     Jet2 face_jet2(const Vector2d& uv) const {
         Jet2 jet;
-        surface_->Evaluate(uv.data(), points_->data(), 3, jet.p.data(), jet.du.data(), jet.dv.data(), jet.duu.data(), jet.duv.data(), jet.dvv.data());
+        surface_->Evaluate(uv.data(), points_->data(), 3, jet.p.data(), jet.du.data(), jet.dv.data(), jet.duu.data(),
+                           jet.duv.data(), jet.dvv.data());
         if (may_be_turned_ && is_turned(uv, jet))
             for (Vector3d* d : {&jet.duu, &jet.duv, &jet.dvv}) *d = -*d;
         return jet;
     }
-    // OpenSubdiv 3.5 forgets that parameters of the triangles in the middle run backwards: second derivatives have the wrong sign there. First
-    // derivatives, which are right, tell it by how they change on the way to the middle of the face.
+    // OpenSubdiv 3.5 forgets that parameters of the triangles in the middle run backwards: second derivatives have the
+    // wrong sign there. First derivatives, which are right, tell it by how they change on the way to the middle of the
+    // face.
     bool is_turned(const Vector2d& uv, const Jet2& jet) const {
         constexpr double kStep = 1e-4;
         const Vector2d way = (Vector2d(1. / 3, 1. / 3) - uv) * kStep + Vector2d(1e-7, 2e-7);
@@ -153,14 +165,17 @@ std::string why_no_faces(const Cage& cage) {
 }
 
 // Why not, for how they meet.
-// @param uses  of each edge, the faces with it, from 1 on; negative where they run from its larger vertex to the smaller
+// @param uses  of each edge, the faces with it, from 1 on; negative where they run from its larger vertex to the
+// smaller
 std::string why_no_surface(const Cage& cage, const std::map<Edge, std::vector<int>>& uses) {
     for (const auto& [edge, faces] : uses) {
         if (faces.size() > 2)
-            return "edge " + name(edge) + " has " + std::to_string(faces.size()) + " faces: " + std::to_string(std::abs(faces[0])) + ", " +
-                   std::to_string(std::abs(faces[1])) + ", " + std::to_string(std::abs(faces[2])) + (faces.size() > 3 ? " ..." : "");
+            return "edge " + name(edge) + " has " + std::to_string(faces.size()) +
+                   " faces: " + std::to_string(std::abs(faces[0])) + ", " + std::to_string(std::abs(faces[1])) + ", " +
+                   std::to_string(std::abs(faces[2])) + (faces.size() > 3 ? " ..." : "");
         if (faces.size() == 2 && (faces[0] > 0) == (faces[1] > 0))
-            return "faces " + std::to_string(std::abs(faces[0])) + " and " + std::to_string(std::abs(faces[1])) + " run along edge " + name(edge) +
+            return "faces " + std::to_string(std::abs(faces[0])) + " and " + std::to_string(std::abs(faces[1])) +
+                   " run along edge " + name(edge) +
                    " in the same direction: one of them is to be turned, or the surface has one side only";
     }
     // Around a vertex faces are joined by edges: as many edges as faces, or one more at a boundary.
@@ -171,19 +186,24 @@ std::string why_no_surface(const Cage& cage, const std::map<Edge, std::vector<in
         for (const int v : face) ++faces[v];
     for (int v = 0; v < std::ssize(edges); ++v) {
         if (open[v] > 2) return "vertex " + name(v) + ": surfaces touch there without an edge";
-        if (faces[v] == 2 && edges[v] == 2) return "vertex " + name(v) + " is inside the surface and has two faces only";
+        if (faces[v] == 2 && edges[v] == 2)
+            return "vertex " + name(v) + " is inside the surface and has two faces only";
     }
     return "";
 }
 
 std::string why_no_tags(const Cage& cage, const std::map<Edge, std::vector<int>>& uses) {
     for (const Cage::Crease& crease : cage.creases) {
-        if (!uses.contains(sorted(crease.edge[0], crease.edge[1]))) return "crease " + name(crease.edge) + " is no edge";
-        if (!(crease.sharpness >= 0)) return "crease " + name(crease.edge) + " has a sharpness of " + std::to_string(crease.sharpness);
+        if (!uses.contains(sorted(crease.edge[0], crease.edge[1])))
+            return "crease " + name(crease.edge) + " is no edge";
+        if (!(crease.sharpness >= 0))
+            return "crease " + name(crease.edge) + " has a sharpness of " + std::to_string(crease.sharpness);
     }
     for (const Cage::Corner& corner : cage.corners) {
-        if (corner.vertex < 0 || corner.vertex >= std::ssize(cage.points)) return "corner " + name(corner.vertex) + " is no vertex";
-        if (!(corner.sharpness >= 0)) return "corner " + name(corner.vertex) + " has a sharpness of " + std::to_string(corner.sharpness);
+        if (corner.vertex < 0 || corner.vertex >= std::ssize(cage.points))
+            return "corner " + name(corner.vertex) + " is no vertex";
+        if (!(corner.sharpness >= 0))
+            return "corner " + name(corner.vertex) + " has a sharpness of " + std::to_string(corner.sharpness);
     }
     for (const int face : cage.holes)
         if (face < 0 || face >= std::ssize(cage.faces)) return "hole " + name(face) + " is no face";
@@ -229,18 +249,23 @@ std::shared_ptr<const osd::Far::TopologyRefiner> refiner_of(const Cage& cage, Su
     if (cage.chaikin) options.SetCreasingMethod(Sdc::CREASE_CHAIKIN);
     if (cage.smooth_triangles) options.SetTriangleSubdivision(Sdc::TRI_SUB_SMOOTH);
     using Factory = osd::Far::TopologyRefinerFactory<osd::Far::TopologyDescriptor>;
-    return std::shared_ptr<const osd::Far::TopologyRefiner>(Factory::Create(topology, Factory::Options(scheme == SubdivisionScheme::Loop ? osd::Sdc::SCHEME_LOOP : osd::Sdc::SCHEME_CATMARK, options)));
+    return std::shared_ptr<const osd::Far::TopologyRefiner>(Factory::Create(
+        topology, Factory::Options(scheme == SubdivisionScheme::Loop ? osd::Sdc::SCHEME_LOOP : osd::Sdc::SCHEME_CATMARK,
+                                   options)));
 }
 
 }  // namespace
 
-std::string_view name_of(SubdivisionScheme scheme) { return scheme == SubdivisionScheme::Loop ? "loop" : "catmull-clark"; }
+std::string_view name_of(SubdivisionScheme scheme) {
+    return scheme == SubdivisionScheme::Loop ? "loop" : "catmull-clark";
+}
 
 std::string why_no_limit_surface(const Cage& cage, SubdivisionScheme scheme) {
     if (std::string why = why_no_faces(cage); !why.empty()) return why;
     for (int f = 0; f < std::ssize(cage.faces); ++f)
         if (scheme == SubdivisionScheme::Loop && cage.faces[f].size() != 3)
-            return "face " + name(f) + " has " + std::to_string(cage.faces[f].size()) + " corners, and Loop's scheme is for triangles";
+            return "face " + name(f) + " has " + std::to_string(cage.faces[f].size()) +
+                   " corners, and Loop's scheme is for triangles";
     std::map<Edge, std::vector<int>> uses;
     for (int f = 0; f < std::ssize(cage.faces); ++f)
         for (std::size_t k = 0, n = cage.faces[f].size(); k < n; ++k) {
@@ -265,11 +290,14 @@ LimitSurface limit_surface(const Cage& cage, SubdivisionScheme scheme) {
     for (const Vector3d& p : cage.points) points.insert(points.end(), p.begin(), p.end());
     LimitSurface result;
     // Neighbours are to have whole sides in common.
-    const bool all_quads = std::all_of(cage.faces.begin(), cage.faces.end(), [](const auto& face) { return face.size() == 4; });
+    const bool all_quads =
+        std::all_of(cage.faces.begin(), cage.faces.end(), [](const auto& face) { return face.size() == 4; });
     for (int f = 0; f < std::ssize(cage.faces); ++f) {
         auto surface = std::make_shared<LimitPatch::Surface>();
-        if (!shared->factory->InitVertexSurface(f, surface.get())) continue;  // a hole, or at a boundary without a surface
-        auto patch_points = std::make_shared<std::vector<double>>(3 * static_cast<std::size_t>(surface->GetNumPatchPoints()));
+        if (!shared->factory->InitVertexSurface(f, surface.get()))
+            continue;  // a hole, or at a boundary without a surface
+        auto patch_points =
+            std::make_shared<std::vector<double>>(3 * static_cast<std::size_t>(surface->GetNumPatchPoints()));
         surface->PreparePatchPoints(points.data(), 3, patch_points->data(), 3);
         for (const Part& part : parts_of(surface->GetParameterization(), all_quads)) {
             result.patches.push_back(std::make_unique<LimitPatch>(shared, surface, patch_points, part));

@@ -37,7 +37,8 @@ std::vector<TJunction> find_t_junctions(const PatchModel& model, double toleranc
     const double distance = tolerance * model.diagonal();
     const std::vector<BoundaryCurve> boundary = boundary_of(model, distance);
     std::set<int> vertices;
-    for (const BoundaryCurve& b : boundary) vertices.insert(model.curves()[b.curve].ends.begin(), model.curves()[b.curve].ends.end());
+    for (const BoundaryCurve& b : boundary)
+        vertices.insert(model.curves()[b.curve].ends.begin(), model.curves()[b.curve].ends.end());
 
     std::vector<TJunction> result;
     for (const int vertex : vertices) {
@@ -47,7 +48,8 @@ std::vector<TJunction> find_t_junctions(const PatchModel& model, double toleranc
             const double t = closest_from(b.trace, p, 0, 1);
             const Eigen::Vector3d closest = b.trace.point(t);
             const bool at_end = std::min((p - b.trace.point(0)).norm(), (p - b.trace.point(1)).norm()) <= 2 * distance;
-            if (!at_end && (closest - p).norm() <= distance) result.push_back({vertex, b.curve, t, (closest - p).norm()});
+            if (!at_end && (closest - p).norm() <= distance)
+                result.push_back({vertex, b.curve, t, (closest - p).norm()});
         }
     }
     return result;

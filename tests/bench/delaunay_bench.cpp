@@ -17,8 +17,8 @@ void run(benchmark::State& state, const PlanarDomain& domain, const MetricField&
         benchmark::DoNotOptimize(mesh.triangles.data());
     }
     state.counters["points"] = static_cast<double>(points);
-    state.counters["per_point"] =
-        benchmark::Counter(static_cast<double>(points), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["per_point"] = benchmark::Counter(
+        static_cast<double>(points), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void uniform_square(benchmark::State& state) {

@@ -40,7 +40,8 @@ std::vector<double> rough_map() {
 /// Small around a circle, growing faster than the bound.
 std::vector<double> smooth_map() {
     std::vector<double> size;
-    for (const Eigen::Vector3d& p : points_of(grid())) size.push_back(.002 + 3 * std::abs((p - Eigen::Vector3d(.5, .5, 0)).norm() - .3));
+    for (const Eigen::Vector3d& p : points_of(grid()))
+        size.push_back(.002 + 3 * std::abs((p - Eigen::Vector3d(.5, .5, 0)).norm() - .3));
     return size;
 }
 

@@ -44,7 +44,8 @@ void teapot_normal(benchmark::State& state) {
     over_places(state, [](const PatchModel& m, const SurfacePoint& at) { return m.normal(at); });
 }
 void teapot_minimal_radius(benchmark::State& state) {
-    over_places(state, [](const PatchModel& m, const SurfacePoint& at) { return minimal_radius(m.patch(at.patch), at.uv); });
+    over_places(state,
+                [](const PatchModel& m, const SurfacePoint& at) { return minimal_radius(m.patch(at.patch), at.uv); });
 }
 
 void teapot_gluing(benchmark::State& state) {

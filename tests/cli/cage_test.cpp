@@ -24,7 +24,9 @@ const std::string kCube =
 
 TEST_CASE("the limit surface of a cage is meshed, its vertices on it, its creases kept", "[cli]") {
     const TemporaryFolder folder;
-    support::spill(folder / "cage.obj", kCube + "t crease 2/1/0 0 1 10\nt crease 2/1/0 1 3 10\nt crease 2/1/0 3 2 10\nt crease 2/1/0 2 0 10\n");
+    support::spill(
+        folder / "cage.obj",
+        kCube + "t crease 2/1/0 0 1 10\nt crease 2/1/0 1 3 10\nt crease 2/1/0 3 2 10\nt crease 2/1/0 2 0 10\n");
     const Outcome outcome = run(folder, "remesh cage.obj --subdivision catmull-clark -o out.mesh --json");
     CAPTURE(outcome.err);
     REQUIRE(outcome.code == 0);
@@ -43,10 +45,13 @@ TEST_CASE("the limit surface of a cage is meshed, its vertices on it, its crease
 TEST_CASE("angles of the cage make creases, and other files are no cages", "[cli]") {
     const TemporaryFolder folder;
     support::spill(folder / "cage.obj", kCube);
-    REQUIRE(run(folder, "remesh cage.obj --subdivision catmull-clark --cage-crease-angle 80 -o out.mesh --hmax 0.2").code == 0);
+    REQUIRE(
+        run(folder, "remesh cage.obj --subdivision catmull-clark --cage-crease-angle 80 -o out.mesh --hmax 0.2").code ==
+        0);
     const TriangleSoup mesh = read_mesh(folder / "out.mesh");
     double area = 0;
-    for (const auto& [a, b, c] : mesh.triangles) area += (mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]).norm() / 2;
+    for (const auto& [a, b, c] : mesh.triangles)
+        area += (mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]).norm() / 2;
     CHECK(area == Approx(24).epsilon(1e-9));  // the cube itself
     // Materials are labels.
     std::string two = kCube;
@@ -55,7 +60,8 @@ TEST_CASE("angles of the cage make creases, and other files are no cages", "[cli
     support::spill(folder / "two.obj", two);
     REQUIRE(run(folder, "remesh two.obj --subdivision catmull-clark -o two.mesh").code == 0);
     const TriangleSoup labelled = read_mesh(folder / "two.mesh");
-    const auto ones = std::count(labelled.labels.begin(), labelled.labels.end(), 1), twos = std::count(labelled.labels.begin(), labelled.labels.end(), 2);
+    const auto ones = std::count(labelled.labels.begin(), labelled.labels.end(), 1),
+               twos = std::count(labelled.labels.begin(), labelled.labels.end(), 2);
     CHECK(ones + twos == std::ssize(labelled.triangles));
     CHECK(static_cast<double>(twos) / static_cast<double>(ones) == Approx(5).epsilon(0.1));
     const std::pair<const char*, const char*> refused[] = {

@@ -12,9 +12,9 @@
 #include "support/program.hpp"
 
 using nlohmann::json;
-using support::spill;
 using support::Outcome;
 using support::run;
+using support::spill;
 using support::TemporaryFolder;
 
 namespace {
@@ -26,7 +26,8 @@ std::string hill() {
     std::ostringstream text;
     text << "# a hill\n1\n3 3\n";
     for (int j = 0; j < 4; ++j)
-        for (int i = 0; i < 4; ++i) text << i << ' ' << j << ' ' << ((i == 1 || i == 2) && (j == 1 || j == 2) ? 2 : 0) << '\n';
+        for (int i = 0; i < 4; ++i)
+            text << i << ' ' << j << ' ' << ((i == 1 || i == 2) && (j == 1 || j == 2) ? 2 : 0) << '\n';
     return text.str();
 }
 
@@ -83,7 +84,8 @@ TEST_CASE("sizemap writes one size per vertex of a background that lies on the s
 
     SECTION("and reads a background that is there") {
         const std::string before = gradus::read_file(hill.folder / "bg.mesh");
-        REQUIRE(run(hill.folder, "sizemap hill.bpt -o again.sol --background bg.mesh --alpha 0.6 -q" + kCoarse).code == 0);
+        REQUIRE(run(hill.folder, "sizemap hill.bpt -o again.sol --background bg.mesh --alpha 0.6 -q" + kCoarse).code ==
+                0);
         CHECK(gradus::read_file(hill.folder / "bg.mesh") == before);
         const std::vector<double> twice = gradus::read_sizes(hill.folder / "again.sol", soup.points.size());
         for (std::size_t v = 0; v < sizes.size(); ++v) CHECK(twice[v] >= sizes[v]);
@@ -99,7 +101,8 @@ TEST_CASE("grade keeps its bound, by every method, and says so to machines", "[c
     const gradus::TriangleSoup soup = gradus::read_mesh(hill.folder / "bg.mesh");
     const gradus::TriMesh mesh = gradus::to_mesh(soup);
     const std::string method = GENERATE("full", "exact", "gradient", "paper");
-    const Outcome outcome = run(hill.folder, "grade bg.mesh --size raw.sol --shock 1.3 --json -o graded.sol --method " + method);
+    const Outcome outcome =
+        run(hill.folder, "grade bg.mesh --size raw.sol --shock 1.3 --json -o graded.sol --method " + method);
     CAPTURE(method, outcome.err);
     CHECK(outcome.code == 0);
     const json said = json::parse(outcome.out);
@@ -111,8 +114,10 @@ TEST_CASE("grade keeps its bound, by every method, and says so to machines", "[c
     CHECK(said["before"]["shock_max"].get<double>() > 1.3);
     if (method != "gradient") CHECK(after.shock_max <= 1.3 * (1 + 1e-9));
     if (method == "full") CHECK(after.gradient_max <= std::log(1.3) * (1 + 1e-6));
-    if (method == "exact") CHECK(said["certificate"] == true);
-    else CHECK(said["certificate"].is_null());
+    if (method == "exact")
+        CHECK(said["certificate"] == true);
+    else
+        CHECK(said["certificate"].is_null());
 }
 
 TEST_CASE("a growth rate is a shock, and the variation bounds slopes", "[cli]") {
@@ -122,15 +127,17 @@ TEST_CASE("a growth rate is a shock, and the variation bounds slopes", "[cli]") 
     CHECK(gradus::read_file(hill.folder / "shock.sol") == gradus::read_file(hill.folder / "growth.sol"));
     REQUIRE(run(hill.folder, "grade bg.mesh --size raw.sol --growth 1.2 -q -o growth.pos").code == 0);
     CHECK_THAT(gradus::read_file(hill.folder / "growth.pos"), Catch::StartsWith("View \"size\" {\nST("));
-    const json said = json::parse(run(hill.folder, "grade bg.mesh --size raw.sol --variation 0.1 --json -o raw.sol").out);
+    const json said =
+        json::parse(run(hill.folder, "grade bg.mesh --size raw.sol --variation 0.1 --json -o raw.sol").out);
     CHECK(said["after"]["variation_max"].get<double>() <= 0.1 * (1 + 1e-9));
 }
 
 TEST_CASE("remesh writes every format it is asked for, on the surface and labelled", "[cli]") {
     const Hill hill;
-    const Outcome outcome =
-        run(hill.folder,
-            "remesh hill.bpt -o m.mesh -o m.meshb -o m.obj -o m.off -o m.ply -o m.stl -o m.vtu -o m.msh --json --report r.json" + kCoarse);
+    const Outcome outcome = run(hill.folder,
+                                "remesh hill.bpt -o m.mesh -o m.meshb -o m.obj -o m.off -o m.ply -o m.stl -o m.vtu -o "
+                                "m.msh --json --report r.json" +
+                                    kCoarse);
     CAPTURE(outcome.err);
     REQUIRE(outcome.code == 0);
     const json said = json::parse(outcome.out);
@@ -144,7 +151,8 @@ TEST_CASE("remesh writes every format it is asked for, on the surface and labell
         CHECK(gradus::read_mesh(hill.folder / format).triangles.size() == soup.triangles.size());
 
     const json report = json::parse(gradus::read_file(hill.folder / "r.json"));
-    for (const char* key : {"topology", "shape", "edges", "gradation", "distance", "normals", "stages"}) CHECK(!report.at(key).is_null());
+    for (const char* key : {"topology", "shape", "edges", "gradation", "distance", "normals", "stages"})
+        CHECK(!report.at(key).is_null());
     CHECK(report["topology"]["triangles"] == soup.triangles.size());
     CHECK(report["distance"]["vertices"]["max"].get<double>() < 1e-12);
     CHECK(report["edges"]["unit_share"].get<double>() > 0.8);
@@ -153,8 +161,10 @@ TEST_CASE("remesh writes every format it is asked for, on the surface and labell
 TEST_CASE("remesh takes a size map as it is, or grades it", "[cli]") {
     const Hill hill;
     REQUIRE(run(hill.folder, "grade bg.mesh --size raw.sol --shock 1.5 -q -o graded.sol").code == 0);
-    REQUIRE(run(hill.folder, "remesh hill.bpt --size graded.sol --background bg.mesh --no-gradation -q -o as_is.obj").code == 0);
-    REQUIRE(run(hill.folder, "remesh hill.bpt --size raw.sol --background bg.mesh --shock 1.5 -q -o graded.obj").code == 0);
+    REQUIRE(run(hill.folder, "remesh hill.bpt --size graded.sol --background bg.mesh --no-gradation -q -o as_is.obj")
+                .code == 0);
+    REQUIRE(run(hill.folder, "remesh hill.bpt --size raw.sol --background bg.mesh --shock 1.5 -q -o graded.obj").code ==
+            0);
     CHECK(gradus::read_file(hill.folder / "as_is.obj") == gradus::read_file(hill.folder / "graded.obj"));
 }
 
@@ -168,13 +178,16 @@ TEST_CASE("remesh is the same for any number of threads", "[cli]") {
 
 TEST_CASE("a size prescribed at a point is met there", "[cli]") {
     const Hill hill;
-    REQUIRE(run(hill.folder, "remesh hill.bpt --alpha 10 --hmax 0.5 --size-at 0,0,0=0.02 --size-at '3,3,0=0.03' -q -o m.obj").code == 0);
+    REQUIRE(run(hill.folder,
+                "remesh hill.bpt --alpha 10 --hmax 0.5 --size-at 0,0,0=0.02 --size-at '3,3,0=0.03' -q -o m.obj")
+                .code == 0);
     const gradus::TriangleSoup soup = gradus::read_mesh(hill.folder / "m.obj");
     const auto shortest_at = [&](const Eigen::Vector3d& p) {
         double shortest = 1e300;
         for (const gradus::Triangle& t : soup.triangles)
             for (int k = 0; k < 3; ++k)
-                if ((soup.points[t[k]] - p).norm() < 1e-9) shortest = std::min(shortest, (soup.points[t[(k + 1) % 3]] - p).norm());
+                if ((soup.points[t[k]] - p).norm() < 1e-9)
+                    shortest = std::min(shortest, (soup.points[t[(k + 1) % 3]] - p).norm());
         return shortest;
     };
     CHECK(shortest_at({0, 0, 0}) < 0.03);
@@ -191,8 +204,10 @@ TEST_CASE("report measures a mesh from elsewhere against surface and size map", 
     const json found = json::parse(outcome.out);
     CHECK(found["distance"]["vertices"]["max"].get<double>() < 1e-8);
     CHECK(found["edges"]["unit_share"].get<double>() == Approx(from_places["edges"]["unit_share"].get<double>()));
-    CHECK(found["normals"]["angle"]["max"].get<double>() == Approx(from_places["normals"]["angle"]["max"].get<double>()).epsilon(1e-6));
-    CHECK_THAT(gradus::read_file(hill.folder / "r.html"), Catch::StartsWith("<!DOCTYPE html>") || Catch::StartsWith("<!doctype html>"));
+    CHECK(found["normals"]["angle"]["max"].get<double>() ==
+          Approx(from_places["normals"]["angle"]["max"].get<double>()).epsilon(1e-6));
+    CHECK_THAT(gradus::read_file(hill.folder / "r.html"),
+               Catch::StartsWith("<!DOCTYPE html>") || Catch::StartsWith("<!doctype html>"));
     CHECK_THAT(run(hill.folder, "report m.obj").out, Catch::Contains("area-length"));
 }
 
@@ -215,7 +230,8 @@ TEST_CASE("info tells patches, meshes and sizes apart", "[cli]") {
     const Outcome fan = run(hill.folder, "info fan.off");
     CHECK(fan.code == 0);
     CHECK_THAT(fan.out, Catch::Contains("NOT usable"));
-    check_failure(run(hill.folder, "grade fan.off --size raw.sol --shock 2 -o x.sol"), 1, "fan.off: not an oriented manifold");
+    check_failure(run(hill.folder, "grade fan.off --size raw.sol --shock 2 -o x.sol"), 1,
+                  "fan.off: not an oriented manifold");
 }
 
 TEST_CASE("faults of files are named with file and line, and nothing is written", "[cli]") {
@@ -236,7 +252,8 @@ TEST_CASE("faults of files are named with file and line, and nothing is written"
 
     spill(hill.folder / "wrong.sol", "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n3\n1 1\n1\n1\n1\nEnd\n");
     check_failure(run(hill.folder, "grade bg.mesh --size wrong.sol --shock 2 -o x.sol"), 1, "wrong.sol:4: ");
-    check_failure(run(hill.folder, "remesh hill.bpt --size wrong.sol --background bg.mesh -o x.obj"), 1, "wrong.sol:4: ");
+    check_failure(run(hill.folder, "remesh hill.bpt --size wrong.sol --background bg.mesh -o x.obj"), 1,
+                  "wrong.sol:4: ");
     spill(hill.folder / "far.bpt", with_line(::hill(), 4, "-9 0 0"));
     check_failure(run(hill.folder, "remesh far.bpt --size raw.sol --background fan.off -o x.obj"), 1, "fan.off");
     CHECK(!exists(hill.folder / "x.obj"));
@@ -292,19 +309,25 @@ TEST_CASE("outputs that cannot be written are found before anything is computed"
     std::filesystem::create_directory(hill.folder.path() / "folder.obj");
     check_failure(run(hill.folder, "remesh missing.bpt -o nowhere/x.obj"), 1, "there is no folder nowhere");
     check_failure(run(hill.folder, "remesh missing.bpt -o folder.obj"), 1, "folder.obj: is a folder");
-    check_failure(run(hill.folder, "remesh missing.bpt -o x.obj --report nowhere/r.html"), 1, "there is no folder nowhere");
-    check_failure(run(hill.folder, "remesh missing.bpt -o x.obj --pictures hill.bpt"), 1, "hill.bpt: this folder cannot be made");
-    check_failure(run(hill.folder, "sizemap missing.bpt -o x.sol --background nowhere/bg.mesh"), 1, "there is no folder nowhere");
-    check_failure(run(hill.folder, "grade missing.mesh --size raw.sol --shock 2 -o nowhere/x.sol"), 1, "there is no folder nowhere");
+    check_failure(run(hill.folder, "remesh missing.bpt -o x.obj --report nowhere/r.html"), 1,
+                  "there is no folder nowhere");
+    check_failure(run(hill.folder, "remesh missing.bpt -o x.obj --pictures hill.bpt"), 1,
+                  "hill.bpt: this folder cannot be made");
+    check_failure(run(hill.folder, "sizemap missing.bpt -o x.sol --background nowhere/bg.mesh"), 1,
+                  "there is no folder nowhere");
+    check_failure(run(hill.folder, "grade missing.mesh --size raw.sol --shock 2 -o nowhere/x.sol"), 1,
+                  "there is no folder nowhere");
     check_failure(run(hill.folder, "teapot --out hill.bpt/x"), 1, "cannot be made");
 }
 
 TEST_CASE("a map that asks for too many triangles is refused with the number", "[cli]") {
     const Hill hill;
-    const Outcome outcome = run(hill.folder, "remesh hill.bpt -o x.obj --max-triangles 100 --size raw.sol --background bg.mesh");
+    const Outcome outcome =
+        run(hill.folder, "remesh hill.bpt -o x.obj --max-triangles 100 --size raw.sol --background bg.mesh");
     check_failure(outcome, 1, "raise --max-triangles");
     CHECK(!exists(hill.folder / "x.obj"));
-    check_failure(run(hill.folder, "remesh hill.bpt -o x.obj --hmin 1e-9 --alpha 1e-9 --max-triangles 5000"), 1, "raise --max-triangles");
+    check_failure(run(hill.folder, "remesh hill.bpt -o x.obj --hmin 1e-9 --alpha 1e-9 --max-triangles 5000"), 1,
+                  "raise --max-triangles");
 }
 
 TEST_CASE("quiet is quiet", "[cli]") {
@@ -317,16 +340,18 @@ TEST_CASE("quiet is quiet", "[cli]") {
 
 TEST_CASE("teapot leaves everything it promises", "[cli]") {
     const TemporaryFolder folder;
-    const Outcome outcome = run(folder, "teapot --alpha 1 --hmin 0.1 --hmax 1 --fast --iterations 1 --out made/here --json");
+    const Outcome outcome =
+        run(folder, "teapot --alpha 1 --hmin 0.1 --hmax 1 --fast --iterations 1 --out made/here --json");
     CAPTURE(outcome.err);
     REQUIRE(outcome.code == 0);
     const json said = json::parse(outcome.out);
-    for (const char* name : {"background.mesh", "raw.sol", "graded.sol", "raw.obj", "raw.mesh", "raw.vtu", "graded.obj", "graded.mesh",
-                             "graded.vtu", "report.json", "report.html", "raw.png", "graded.png", "enlargement-1.png", "enlargement-2.png",
-                             "size.png", "shock.png", "quality.png"})
+    for (const char* name : {"background.mesh", "raw.sol", "graded.sol", "raw.obj", "raw.mesh", "raw.vtu", "graded.obj",
+                             "graded.mesh", "graded.vtu", "report.json", "report.html", "raw.png", "graded.png",
+                             "enlargement-1.png", "enlargement-2.png", "size.png", "shock.png", "quality.png"})
         CHECK(exists(folder / (std::string("made/here/") + name)));
     CHECK(json::parse(gradus::read_file(folder / "made/here/report.json"))["graded"] == said["graded"]);
-    for (const char* key : {"sizing", "background", "gradation", "raw", "graded", "paper", "stages", "files"}) CHECK(said.contains(key));
+    for (const char* key : {"sizing", "background", "gradation", "raw", "graded", "paper", "stages", "files"})
+        CHECK(said.contains(key));
     CHECK(said["gradation"]["after"]["shock_max"].get<double>() <= 1.5 * (1 + 1e-9));
     CHECK(said["graded"]["mesh"]["topology"]["components"] == 4);
     CHECK(said["graded"]["mesh"]["topology"]["boundary_loops"] == 6);
@@ -337,18 +362,21 @@ TEST_CASE("teapot leaves everything it promises", "[cli]") {
 
 TEST_CASE("info finds what is wrong with a mesh, and repairs it", "[cli]") {
     const TemporaryFolder folder;
-    // A tetrahedron with a triangle turned round, another one twice, and a corner given twice; a triangle passes through it.
+    // A tetrahedron with a triangle turned round, another one twice, and a corner given twice; a triangle passes
+    // through it.
     spill(folder / "bad.obj",
           "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 1\nv .1 .1 -1\nv .1 .1 2\nv 3 3 3\n"
           "f 1 3 2\nf 1 4 2\nf 2 3 5\nf 1 4 3\nf 3 1 4\nf 6 7 8\n");
     const Outcome plain = run(folder, "info bad.obj");
     CHECK(plain.code == 0);
-    CHECK_THAT(plain.out, Catch::Contains("NOT usable as it is") && Catch::Contains("pairs of triangles that touch or intersect"));
+    CHECK_THAT(plain.out,
+               Catch::Contains("NOT usable as it is") && Catch::Contains("pairs of triangles that touch or intersect"));
 
     const Outcome outcome = run(folder, "info bad.obj --repair -o good.obj");
     CAPTURE(outcome.out, outcome.err);
     CHECK(outcome.code == 0);
-    CHECK_THAT(outcome.out, Catch::Contains("1 triangles turned round: 1") && Catch::Contains("1 vertices welded (kept-gone): 3-4") &&
+    CHECK_THAT(outcome.out, Catch::Contains("1 triangles turned round: 1") &&
+                                Catch::Contains("1 vertices welded (kept-gone): 3-4") &&
                                 Catch::Contains("1 triangles that repeat another one dropped (kept-gone): 3-4"));
     const gradus::Diagnosis good = gradus::diagnose(gradus::read_mesh(folder / "good.obj"));
     CHECK(gradus::is_clean_manifold(good));

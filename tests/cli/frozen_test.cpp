@@ -24,7 +24,8 @@ std::set<std::set<Corner>> required_triangles(const TriangleSoup& soup) {
     std::set<std::set<Corner>> result;
     for (const int t : soup.required.triangles) {
         std::set<Corner> corners;
-        for (const int v : soup.triangles[t]) corners.insert({soup.points[v].x(), soup.points[v].y(), soup.points[v].z()});
+        for (const int v : soup.triangles[t])
+            corners.insert({soup.points[v].x(), soup.points[v].y(), soup.points[v].z()});
         result.insert(corners);
     }
     return result;
@@ -42,7 +43,8 @@ std::set<std::set<Corner>> required_edges(const TriangleSoup& soup) {
 
 std::set<Corner> required_vertices(const TriangleSoup& soup) {
     std::set<Corner> result;
-    for (const int v : soup.required.vertices) result.insert({soup.points[v].x(), soup.points[v].y(), soup.points[v].z()});
+    for (const int v : soup.required.vertices)
+        result.insert({soup.points[v].x(), soup.points[v].y(), soup.points[v].z()});
     return result;
 }
 
@@ -71,7 +73,8 @@ TEST_CASE("what a Medit file requires is kept within the chord error, and marked
                      .edges = {{soup.triangles[side(50)][0], soup.triangles[side(50)][1]}},
                      .triangles = {side(200), side(201), side(7)}};
     write_mesh(folder / "in.mesh", soup);
-    const Outcome outcome = run(folder, "remesh in.mesh -o " + out + " -o out.off --chord-error 0.01 --report r.json --json");
+    const Outcome outcome =
+        run(folder, "remesh in.mesh -o " + out + " -o out.off --chord-error 0.01 --report r.json --json");
     CAPTURE(outcome.out, outcome.err);
     REQUIRE(outcome.code == 0);
     const json said = json::parse(outcome.out);
@@ -105,7 +108,8 @@ TEST_CASE("a label is frozen as a whole, with sizes given too, the same on any n
         const Outcome outcome = run(folder, "remesh in.mesh -o one.mesh --freeze 1 --freeze 2 --threads 1 " + sizing);
         CAPTURE(outcome.out, outcome.err);
         REQUIRE(outcome.code == 0);
-        REQUIRE(run(folder, "remesh in.mesh -o two.mesh --freeze 2 --freeze 1 --threads 2 --quiet " + sizing).code == 0);
+        REQUIRE(run(folder, "remesh in.mesh -o two.mesh --freeze 2 --freeze 1 --threads 2 --quiet " + sizing).code ==
+                0);
         TriangleSoup frozen = soup;
         for (int t = 0; t < static_cast<int>(soup.triangles.size()); ++t)
             if (soup.labels[t] != 3) frozen.required.triangles.push_back(t);
@@ -134,8 +138,9 @@ TEST_CASE("a list freezes elements of any format, before repair", "[cli]") {
     std::swap(soup.triangles[60][0], soup.triangles[60][1]);
     write_mesh(folder / "in.off", soup);
     const auto [a, b, c] = soup.triangles[300];
-    support::spill(folder / "keep.txt", "# from 1 on\ntriangle 61\nedge " + std::to_string(a + 1) + " " + std::to_string(b + 1) + "  # a side\n\nvertex " +
-                                            std::to_string(c + 1) + "\n");
+    support::spill(folder / "keep.txt", "# from 1 on\ntriangle 61\nedge " + std::to_string(a + 1) + " " +
+                                            std::to_string(b + 1) + "  # a side\n\nvertex " + std::to_string(c + 1) +
+                                            "\n");
     const Outcome outcome = run(folder, "remesh in.off -o out.mesh --freeze-list keep.txt --repair --chord-error 0.02");
     CAPTURE(outcome.out, outcome.err);
     REQUIRE(outcome.code == 0);
@@ -175,7 +180,8 @@ TEST_CASE("demands that cannot be met are refused in one line with file and plac
                    "Triangles\n3\n1 2 4 0\n2 3 4 0\n1 3 2 0\nRequiredTriangles\n1\n3\nEnd\n");
     refused("bad.mesh", "bad.mesh: required triangle 2 (counted from 0) at 0 0 0 has no area");
     support::spill(folder / "worse.mesh",
-                   "MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 0 0\n1 0 0 0\n0 1 0 0\nTriangles\n1\n1 2 3 0\nRequiredTriangles\n1\n2\nEnd\n");
+                   "MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 0 0\n1 0 0 0\n0 1 0 0\nTriangles\n1\n1 2 3 "
+                   "0\nRequiredTriangles\n1\n2\nEnd\n");
     refused("worse.mesh", "worse.mesh:13: index out of range: triangle 2; there are 1");
     support::spill(folder / "a.bpt", "1\n3 3\n");
     refused("a.bpt --freeze 1", "--freeze is for triangle meshes");

@@ -51,7 +51,8 @@ struct Drawing {
         std::ostringstream text;
         text.precision(17);
         text << points.size() << " 2 0 0\n";
-        for (std::size_t i = 0; i < points.size(); ++i) text << i << ' ' << points[i].x() << ' ' << points[i].y() << '\n';
+        for (std::size_t i = 0; i < points.size(); ++i)
+            text << i << ' ' << points[i].x() << ' ' << points[i].y() << '\n';
         text << segments.size() << " 1\n";
         for (std::size_t s = 0; s < segments.size(); ++s)
             text << s << ' ' << segments[s][0] << ' ' << segments[s][1] << ' ' << segments[s][2] << '\n';
@@ -71,7 +72,8 @@ double area(const TriangleSoup& soup, int label = -1) {
     double sum = 0;
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
         const auto& [a, b, c] = soup.triangles[t];
-        if (label < 0 || soup.labels[t] == label) sum += (soup.points[b] - soup.points[a]).cross(soup.points[c] - soup.points[a]).z() / 2;
+        if (label < 0 || soup.labels[t] == label)
+            sum += (soup.points[b] - soup.points[a]).cross(soup.points[c] - soup.points[a]).z() / 2;
     }
     return sum;
 }
@@ -121,7 +123,8 @@ TEST_CASE("holes, interfaces and lines of a planar domain are kept", "[cli]") {
     CHECK(area(mesh, 20) == Approx(pi * 0.25).epsilon(0.02));
     double line_length = 0;
     for (std::size_t e = 0; e < mesh.edges.size(); ++e)
-        if (mesh.edge_labels[e] == 7) line_length += (mesh.points[mesh.edges[e][1]] - mesh.points[mesh.edges[e][0]]).norm();
+        if (mesh.edge_labels[e] == 7)
+            line_length += (mesh.points[mesh.edges[e][1]] - mesh.points[mesh.edges[e][0]]).norm();
     CHECK(line_length == Approx(1.5 * std::sqrt(2)).epsilon(1e-12));
     const ShapeReport shape = shape_of(mesh);
     CHECK(shape.area_length.min > 0.6);

@@ -1,7 +1,7 @@
 // The program on triangulations: chord errors that are kept and proved, size maps, repair, and refusals.
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "gradus/io/input_file.hpp"
@@ -66,7 +66,9 @@ TEST_CASE("folds become features where the chord error cannot be kept otherwise"
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", triangulations::soup(triangulations::cube(8)));
     const auto remesh = [&](const std::string& hmin) {
-        const Outcome outcome = run(folder, "remesh in.off -o out.off --json --feature-angle 180 --chord-error 0.002 --hmin " + hmin + " --hmax 0.3");
+        const Outcome outcome =
+            run(folder, "remesh in.off -o out.off --json --feature-angle 180 --chord-error 0.002 --hmin " + hmin +
+                            " --hmax 0.3");
         REQUIRE(outcome.code == 0);
         return json::parse(outcome.out);
     };
@@ -105,7 +107,8 @@ TEST_CASE("a chord error that the smallest size makes impossible is not kept, an
     CHECK(machine.code == 1);
     const json said = json::parse(machine.out);
     CHECK(said["chord_error_kept"] == false);
-    CHECK(std::max(said["distance"]["from_input"]["bound"].get<double>(), said["distance"]["from_mesh"]["bound"].get<double>()) > 0.001);
+    CHECK(std::max(said["distance"]["from_input"]["bound"].get<double>(),
+                   said["distance"]["from_mesh"]["bound"].get<double>()) > 0.001);
     CHECK(read_file(folder / "again.off") == read_file(folder / "out.off"));
 }
 
@@ -131,8 +134,8 @@ TEST_CASE("without a chord error the distance is told, not judged", "[cli]") {
     CHECK(said["chord_error"].is_null());
     CHECK(said["chord_error_kept"].is_null());
     CHECK(said["feature_curves"] == 0);
-    const double told =
-        std::max(said["distance"]["from_input"]["bound"].get<double>(), said["distance"]["from_mesh"]["bound"].get<double>());
+    const double told = std::max(said["distance"]["from_input"]["bound"].get<double>(),
+                                 said["distance"]["from_mesh"]["bound"].get<double>());
     CHECK(told == Approx(bound_between(read_mesh(folder / "in.off"), read_mesh(folder / "out.off"))).epsilon(0.03));
 }
 
@@ -141,7 +144,8 @@ TEST_CASE("a triangulation that is no oriented manifold is refused, or repaired 
     write_mesh(folder / "bad.off", with_flipped(tin(), 40));
     const Outcome refused = run(folder, "remesh bad.off -o out.off");
     CHECK(refused.code == 1);
-    CHECK_THAT(refused.err, Catch::StartsWith("gradus: error: bad.off: not an oriented manifold") && Catch::Contains("--repair"));
+    CHECK_THAT(refused.err,
+               Catch::StartsWith("gradus: error: bad.off: not an oriented manifold") && Catch::Contains("--repair"));
     CHECK_FALSE(std::filesystem::exists(folder / "out.off"));
     CHECK(run(folder, "sizemap bad.off -o out.sol").code == 1);
 
@@ -184,7 +188,8 @@ TEST_CASE("sizes of a triangulation go from sizemap through grade to remesh", "[
         CHECK_FALSE(std::filesystem::exists(folder / "other.off"));
     }
     SECTION("the triangulation itself may be named as the background") {
-        REQUIRE(run(folder, "remesh in.off --size graded.sol --background in.off --no-gradation -o same.off").code == 0);
+        REQUIRE(run(folder, "remesh in.off --size graded.sol --background in.off --no-gradation -o same.off").code ==
+                0);
         CHECK(read_file(folder / "same.off") == read_file(folder / "out.off"));
     }
     SECTION("a map of too many triangles is refused with the number") {
@@ -217,12 +222,14 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
 
     SECTION("the way by the files is that of remesh alone") {
         REQUIRE(run(folder, "grade bg.mesh --size raw.sol --shock 1.5 -o graded.sol").code == 0);
-        const Outcome by_files = run(folder, "remesh in.off --size graded.sol --background bg.mesh --no-gradation -o out.off --json");
+        const Outcome by_files =
+            run(folder, "remesh in.off --size graded.sol --background bg.mesh --no-gradation -o out.off --json");
         CAPTURE(by_files.err);
         REQUIRE(by_files.code == 0);
         CHECK(json::parse(by_files.out)["background_vertices"] == background.points.size());
         REQUIRE(run(folder, "remesh in.off -o alone.off --shock 1.5" + sizing).code == 0);
-        // Not to the last bit: alone it numbers the triangulation anew, and cuts equal edges of the background in another order.
+        // Not to the last bit: alone it numbers the triangulation anew, and cuts equal edges of the background in
+        // another order.
         const TriangleSoup out = read_mesh(folder / "out.off"), alone = read_mesh(folder / "alone.off");
         CHECK(double(out.triangles.size()) == Approx(double(alone.triangles.size())).epsilon(0.04));
         CHECK(bound_between(out, alone) < 0.02);
@@ -231,7 +238,8 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
         const Outcome coarse = run(folder, "sizemap in.off -o own.sol --json" + sizing);
         REQUIRE(coarse.code == 0);
         CHECK(read_sizes(folder / "own.sol", in.points.size()).size() == in.points.size());
-        CHECK(json::parse(coarse.out)["predicted_triangles"].get<double>() > 1.1 * map["predicted_triangles"].get<double>());
+        CHECK(json::parse(coarse.out)["predicted_triangles"].get<double>() >
+              1.1 * map["predicted_triangles"].get<double>());
     }
     SECTION("maps in formats that hold the mesh are the same sizes on the same mesh, and say so alone") {
         REQUIRE(run(folder, "sizemap in.off -o own.sol -q" + sizing).code == 0);
@@ -245,12 +253,14 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
             for (const std::string& file : {"own." + extension, "graded." + extension}) {
                 const MeshData read = read_mesh_data(folder / file);
                 CHECK(read.soup.triangles == in.triangles);
-                const auto size = std::find_if(read.point_fields.begin(), read.point_fields.end(), [](const Field& f) { return f.name == "size"; });
+                const auto size = std::find_if(read.point_fields.begin(), read.point_fields.end(),
+                                               [](const Field& f) { return f.name == "size"; });
                 REQUIRE(size != read.point_fields.end());
                 REQUIRE(size->values.size() == own.size());
                 if (file[0] == 'o') CHECK(size->values == own);
             }
-            CHECK((read_file(folder / ("own." + extension)).find("uchar red") != std::string::npos) == (extension == "ply"));
+            CHECK((read_file(folder / ("own." + extension)).find("uchar red") != std::string::npos) ==
+                  (extension == "ply"));
         }
         CHECK(run(folder, "sizemap in.off -o own.stl" + sizing).code == 2);
     }
@@ -264,7 +274,8 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
     SECTION("other meshes of the surface carry sizes too, those of another one none") {
         write_mesh(folder / "other.off", triangulations::soup(triangulations::capped_cylinder(48, 16, 1, 2, 6)));
         REQUIRE(run(folder, "sizemap in.off -o other.sol --background other.off -q" + sizing).code == 0);
-        const std::string meshed = "remesh in.off --size other.sol --background other.off -o out.off --shock 1.5 --json";
+        const std::string meshed =
+            "remesh in.off --size other.sol --background other.off -o out.off --shock 1.5 --json";
         const Outcome outcome = run(folder, meshed);
         CAPTURE(outcome.err);
         REQUIRE(outcome.code == 0);
@@ -285,7 +296,8 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
     SECTION("sizes that are not of the background are refused, and one of too many triangles") {
         CHECK(run(folder, "remesh in.off --size raw.sol -o other.off").code == 1);
         CHECK(run(folder, "remesh in.off --size raw.sol --background in.off -o other.off").code == 1);
-        const Outcome refused = run(folder, "sizemap in.off -o many.sol --background many.mesh --max-triangles 300" + sizing);
+        const Outcome refused =
+            run(folder, "sizemap in.off -o many.sol --background many.mesh --max-triangles 300" + sizing);
         CHECK(refused.code == 1);
         CHECK_FALSE(std::filesystem::exists(folder / "many.mesh"));
     }
@@ -294,7 +306,8 @@ TEST_CASE("sizemap of a triangulation writes a refined background where asked, w
 TEST_CASE("remesh of a triangulation is the same for any number of threads, and labels are kept", "[cli]") {
     const TemporaryFolder folder;
     TriangleSoup in = tin();
-    for (const Triangle& t : in.triangles) in.labels.push_back((in.points[t[0]] + in.points[t[1]] + in.points[t[2]]).z() < 3 ? 3 : 8);
+    for (const Triangle& t : in.triangles)
+        in.labels.push_back((in.points[t[0]] + in.points[t[1]] + in.points[t[2]]).z() < 3 ? 3 : 8);
     write_mesh(folder / "in.mesh", in);
     REQUIRE(run(folder, "remesh in.mesh -o one.mesh --threads 1 --chord-error 0.01 -q").code == 0);
     REQUIRE(run(folder, "remesh in.mesh -o two.mesh --threads 2 --chord-error 0.01 -q").code == 0);
@@ -306,7 +319,8 @@ TEST_CASE("remesh of a triangulation is the same for any number of threads, and 
         CHECK(out.labels[t] == ((out.points[v[0]] + out.points[v[1]] + out.points[v[2]]).z() < 3 ? 3 : 8));
     }
     const auto curves = [&](const std::string& options) {
-        return json::parse(run(folder, "remesh in.mesh -o out.mesh --json " + options).out)["feature_curves"].get<int>();
+        return json::parse(run(folder, "remesh in.mesh -o out.mesh --json " + options).out)["feature_curves"]
+            .get<int>();
     };
     CHECK(curves("") == 3);
     CHECK(curves("--no-label-borders") == 2);
@@ -364,12 +378,15 @@ TEST_CASE("remesh carries fields to the formats that hold them, and names the ou
     const std::string in = GENERATE("in.vtu", "in.ply", "in.msh");
     CAPTURE(in);
     write_mesh_data(folder / in, tin_with_fields());
-    const Outcome outcome = run(folder, "remesh " + in + " -o out.vtu -o out.ply -o out.msh -o out.mesh -o out.obj --hmax 0.2");
+    const Outcome outcome =
+        run(folder, "remesh " + in + " -o out.vtu -o out.ply -o out.msh -o out.mesh -o out.obj --hmax 0.2");
     CAPTURE(outcome.out, outcome.err);
     REQUIRE(outcome.code == 0);
     CHECK_THAT(outcome.out,
-               Catch::Contains("fields: height, place (3) on points; material on triangles, carried to out.vtu out.ply out.msh\n"));
-    CHECK_THAT(outcome.out, Catch::Contains("fields: out.mesh out.obj cannot hold these 3 fields; .msh .ply .vtu can\n"));
+               Catch::Contains(
+                   "fields: height, place (3) on points; material on triangles, carried to out.vtu out.ply out.msh\n"));
+    CHECK_THAT(outcome.out,
+               Catch::Contains("fields: out.mesh out.obj cannot hold these 3 fields; .msh .ply .vtu can\n"));
     for (const char* out : {"out.vtu", "out.ply", "out.msh"}) {
         CAPTURE(out);
         const MeshData data = read_mesh_data(folder / out);
@@ -383,7 +400,8 @@ TEST_CASE("remesh carries fields to the formats that hold them, and names the ou
         const Outcome again = run(folder, "remesh out.vtu -o again.vtu --hmax 0.3 --json");
         REQUIRE(again.code == 0);
         const json fields = json::parse(again.out)["fields"];
-        CHECK(fields["points"] == json::parse(R"([{"name": "height", "components": 1}, {"name": "place", "components": 3}])"));
+        CHECK(fields["points"] ==
+              json::parse(R"([{"name": "height", "components": 1}, {"name": "place", "components": 3}])"));
         CHECK(fields["cells"] == json::parse(R"([{"name": "material", "components": 1}])"));
         CHECK(fields["carried_to"] == json::parse(R"(["again.vtu"])"));
         CHECK(fields["left_behind"] == json::parse(R"(["size", "shock", "quality"])"));
@@ -403,15 +421,16 @@ TEST_CASE("remesh carries solutions at the vertices, also through a repair", "[c
     // Every triangle with vertices of its own, and one that is a copy.
     const TriangleSoup whole = tin();
     TriangleSoup loose;
-    std::string text = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n" + std::to_string(3 * whole.triangles.size()) + "\n2 1 2\n";
+    std::string text = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n" +
+                       std::to_string(3 * whole.triangles.size()) + "\n2 1 2\n";
     for (const Triangle& t : whole.triangles) {
         const int first = static_cast<int>(loose.points.size());
         loose.triangles.push_back({first, first + 1, first + 2});
         for (const int v : t) {
             const Eigen::Vector3d& p = whole.points[v];
             loose.points.push_back(p);
-            text +=
-                std::to_string(4 - p.z()) + " " + std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+            text += std::to_string(4 - p.z()) + " " + std::to_string(p.x()) + " " + std::to_string(p.y()) + " " +
+                    std::to_string(p.z()) + "\n";
         }
     }
     loose.triangles.insert(loose.triangles.begin(), loose.triangles[5]);
@@ -432,7 +451,9 @@ TEST_CASE("remesh carries solutions at the vertices, also through a repair", "[c
                   .norm() < 0.01);
     }
 
-    SECTION("info names the fields of a solution") { CHECK_THAT(run(folder, "info wind.sol").out, Catch::Contains("wind_1, wind_2 (3)")); }
+    SECTION("info names the fields of a solution") {
+        CHECK_THAT(run(folder, "info wind.sol").out, Catch::Contains("wind_1, wind_2 (3)"));
+    }
     SECTION("info --repair keeps fields with their points") {
         MeshData data{loose, {{"z"}}};
         for (const Eigen::Vector3d& p : loose.points) data.point_fields[0].values.push_back(p.z());
@@ -476,19 +497,23 @@ TEST_CASE("report measures a mesh against a triangulated reference", "[cli]") {
     CHECK(hausdorff["bound"].get<double>() <= 0.10102);
     CHECK(hausdorff["relative_bound"].get<double>() == Approx(0.1 / hausdorff["diagonal"].get<double>()).epsilon(0.02));
     CHECK(Eigen::Vector3d(hausdorff["at"][0], hausdorff["at"][1], hausdorff["at"][2]).norm() > 0.98);
-    CHECK(said["distance"]["vertices"]["max"].get<double>() * hausdorff["diagonal"].get<double>() == Approx(0.1).epsilon(0.01));
+    CHECK(said["distance"]["vertices"]["max"].get<double>() * hausdorff["diagonal"].get<double>() ==
+          Approx(0.1).epsilon(0.01));
     CHECK(said["normals"]["angle"]["max"].get<double>() < 1);
     CHECK(said["reference"]["compared"].size() == 4);
     for (const json& compared : said["reference"]["compared"]) CHECK(compared["same"] == true);
     const std::string page = read_file(folder / "r.html");
-    for (const char* part : {"Hausdorff distance", "genus of the reference: same", "angle to the surface", "from reference to mesh"})
+    for (const char* part :
+         {"Hausdorff distance", "genus of the reference: same", "angle to the surface", "from reference to mesh"})
         CHECK_THAT(page, Catch::Contains(part));
 
     const Outcome same = run(folder, "report same.obj --reference scan.stl");
     CHECK(same.code == 0);
-    CHECK_THAT(same.out, Catch::Contains("Hausdorff distance to the reference") && Catch::Contains("same") && !Catch::Contains("differs"));
-    CHECK(json::parse(run(folder, "report same.obj --reference scan.stl --json").out)["reference"]["hausdorff"]["largest"].get<double>() <
-          1e-6);
+    CHECK_THAT(same.out, Catch::Contains("Hausdorff distance to the reference") && Catch::Contains("same") &&
+                             !Catch::Contains("differs"));
+    CHECK(
+        json::parse(run(folder, "report same.obj --reference scan.stl --json").out)["reference"]["hausdorff"]["largest"]
+            .get<double>() < 1e-6);
     write_mesh(folder / "torus.off", triangulations::soup(triangulations::torus(20, 10)));
     CHECK_THAT(run(folder, "report torus.off --reference scan.stl").out, Catch::Contains("differs"));
 
@@ -504,7 +529,8 @@ TEST_CASE("sizes follow clearances and labels where asked", "[cli]") {
     TriangleSoup plate = triangulations::soup(triangulations::cube(8));
     for (Eigen::Vector3d& p : plate.points) p.z() *= 0.05;
     for (const Triangle& t : plate.triangles)
-        plate.labels.push_back(plate.points[t[0]].z() + plate.points[t[1]].z() + plate.points[t[2]].z() > 0.149 ? 5 : 2);
+        plate.labels.push_back(plate.points[t[0]].z() + plate.points[t[1]].z() + plate.points[t[2]].z() > 0.149 ? 5
+                                                                                                                : 2);
     write_mesh(folder / "in.mesh", plate);
     const std::string sizes = "--hmin 0.01 --hmax 0.2 -o map.sol --json";
     const auto map = [&](const std::string& options) {
@@ -519,7 +545,8 @@ TEST_CASE("sizes follow clearances and labels where asked", "[cli]") {
     CHECK(smallest(map("--feature-gap 2")) == Approx(0.1));
     CHECK(smallest(map("--feature-gap 0 --gap 3")) == Approx(0.15));
     const std::vector<double> region = map("--feature-gap 0 --size-region 5=0.02 --size-region 2=0.12");
-    for (std::size_t v = 0; v < region.size(); ++v) CHECK(region[v] == Approx(plate.points[v].z() > 0.049 ? 0.02 : 0.12));
+    for (std::size_t v = 0; v < region.size(); ++v)
+        CHECK(region[v] == Approx(plate.points[v].z() > 0.049 ? 0.02 : 0.12));
 
     const Outcome coarse = run(folder, "remesh in.mesh -o out.mesh --hmin 0.01 --hmax 0.2 --feature-gap 0 --json");
     const Outcome fine = run(folder, "remesh in.mesh -o out.mesh --hmin 0.01 --hmax 0.2 --gap 1 --json");
@@ -530,7 +557,8 @@ TEST_CASE("sizes follow clearances and labels where asked", "[cli]") {
     const Outcome unknown = run(folder, "remesh in.mesh -o out.mesh --size-region 7=0.1");
     CHECK(unknown.code == 1);
     CHECK_THAT(unknown.err, Catch::Contains("label 7") && Catch::Contains("2, 5"));
-    for (const std::string wrong : {"--size-region 7", "--size-region 7=x", "--size-region 7=-1", "--gap -1", "--feature-gap nan", "--gap 1 --size map.sol"})
+    for (const std::string wrong : {"--size-region 7", "--size-region 7=x", "--size-region 7=-1", "--gap -1",
+                                    "--feature-gap nan", "--gap 1 --size map.sol"})
         CHECK(run(folder, "remesh in.mesh -o out.mesh " + wrong).code == 2);
     for (const std::string option : {"--gap 1", "--feature-gap 1", "--size-region 1=1"}) {
         const Outcome patches = run(folder, "remesh some.bpt -o out.mesh " + option);
@@ -594,7 +622,8 @@ TEST_CASE("report refuses coordinates whose distances are no numbers", "[cli]") 
 TEST_CASE("remesh says where a size holds that is prescribed off the vertices", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", tin());
-    const Outcome at_vertex = run(folder, "remesh in.off -o out.off --fast --size-at 1,0,1=0.1"), far = run(folder, "remesh in.off -o out.off --fast --size-at 100,0,1=0.1");
+    const Outcome at_vertex = run(folder, "remesh in.off -o out.off --fast --size-at 1,0,1=0.1"),
+                  far = run(folder, "remesh in.off -o out.off --fast --size-at 100,0,1=0.1");
     REQUIRE(at_vertex.code == 0);
     REQUIRE(far.code == 0);
     CHECK_THAT(at_vertex.out, !Catch::Contains("holds"));
@@ -607,7 +636,8 @@ TEST_CASE("a size inside a large facet is met there, and grows from there no fas
     const double h = GENERATE(0.02, 1e-5);
     const std::string more = GENERATE("", " --chord-error 0.01");
     CAPTURE(h, more);
-    const Outcome outcome = run(folder, "remesh in.off -o out.vtu --hmax 0.3 --growth 1.2 --size-at 0.43,0.37,1=" + std::to_string(h) + more);
+    const Outcome outcome = run(
+        folder, "remesh in.off -o out.vtu --hmax 0.3 --growth 1.2 --size-at 0.43,0.37,1=" + std::to_string(h) + more);
     CAPTURE(outcome.out, outcome.err);
     REQUIRE(outcome.code == 0);
     const Eigen::Vector3d at(0.43, 0.37, 1);
@@ -619,7 +649,8 @@ TEST_CASE("a size inside a large facet is met there, and grows from there no fas
             const double away = ((p + q) / 2 - at).norm(), length = (p - q).norm();
             nearest = std::min(nearest, (p - at).norm());
             if (away < 2 * h) longest = std::max(longest, length);
-            // Unit edges of sizes that grow by ln 1.2 per length, from the vertex of the background that is within h. On its face the way is straight.
+            // Unit edges of sizes that grow by ln 1.2 per length, from the vertex of the background that is within h.
+            // On its face the way is straight.
             if (p.z() == 1 && q.z() == 1) CHECK(length < 1.6 * (h + std::log(1.2) * (away + h)));
         }
     CHECK(nearest < h);
@@ -639,7 +670,8 @@ TEST_CASE("sizes at points from which distances are no numbers are refused", "[c
 TEST_CASE("edges are split on until those of two large facets have a size far below them", "[cli]") {
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", TriangleSoup{{{0, 0, 0}, {10, 0, 0}, {0, 1, 0}, {10, 1, 0}}, {{0, 1, 3}, {0, 3, 2}}});
-    const Outcome outcome = run(folder, "remesh in.off -o out.off --hmax 1.5 --growth 1.5 --size-at 3.3,0.4,0=1e-5 --report out.json");
+    const Outcome outcome =
+        run(folder, "remesh in.off -o out.off --hmax 1.5 --growth 1.5 --size-at 3.3,0.4,0=1e-5 --report out.json");
     CAPTURE(outcome.err);
     REQUIRE(outcome.code == 0);
     const json report = json::parse(read_file(folder / "out.json"));
@@ -689,7 +721,8 @@ TEST_CASE("sizes are lowered around elements that fall short without a cause, an
     gear.points.insert(gear.points.end(), {{0, 0, 0}, {0, 0, 0.3}});
     for (int i = 0; i < n; ++i) {
         const int j = (i + 1) % n;
-        gear.triangles.insert(gear.triangles.end(), {{i, j, n + j}, {i, n + j, n + i}, {j, i, 2 * n}, {n + i, n + j, 2 * n + 1}});
+        gear.triangles.insert(gear.triangles.end(),
+                              {{i, j, n + j}, {i, n + j, n + i}, {j, i, 2 * n}, {n + i, n + j, 2 * n + 1}});
     }
     write_mesh(folder / "gear.off", gear);
     const Outcome outcome = run(folder, "remesh gear.off -o out.off --json");
@@ -727,7 +760,8 @@ TEST_CASE("a cone comes to a point without a bulge, its elements grow from there
         CHECK(beyond < 0.02);
         if (p.z() > 0) CHECK(beyond > -0.01);
     }
-    // The integral of 2 / (sqrt 3 h^2 / 2) over the mantle with h = .3 r comes to some 1 500 up to where h is hmin, and the base to 80.
+    // The integral of 2 / (sqrt 3 h^2 / 2) over the mantle with h = .3 r comes to some 1 500 up to where h is hmin, and
+    // the base to 80.
     CHECK(mesh.triangles.size() < 2500);
     CHECK(mesh.triangles.size() > 1000);
 }
@@ -737,7 +771,8 @@ TEST_CASE("a plate thinner than the chord error keeps its creases", "[cli]") {
     TriangleSoup plate = triangulations::soup(triangulations::cube(1));
     for (Eigen::Vector3d& p : plate.points) p.z() *= 0.003;
     write_mesh(folder / "plate.off", plate);
-    const Outcome outcome = run(folder, "remesh plate.off -o out.off --chord-error " + std::string(GENERATE("0.002", "0.02")) + " --json");
+    const Outcome outcome =
+        run(folder, "remesh plate.off -o out.off --chord-error " + std::string(GENERATE("0.002", "0.02")) + " --json");
     CAPTURE(outcome.err);
     REQUIRE(outcome.code == 0);
     const json said = json::parse(outcome.out);
@@ -792,7 +827,8 @@ TEST_CASE("where the chord error is far below the facets of a prism their bends 
         CHECK(json::parse(outcome.out)["triangles"] < 1500);
     }
     write_mesh(folder / "many.off", parts::prism(parts::polygon(24), 2));
-    const json many = json::parse(run(folder, "remesh many.off -o out.off --json --feature-angle 5 --chord-error 0.003").out);
+    const json many =
+        json::parse(run(folder, "remesh many.off -o out.off --json --feature-angle 5 --chord-error 0.003").out);
     CHECK(many["feature_curves"] == 72);
 }
 
@@ -824,7 +860,8 @@ TEST_CASE("limits of sizes go by connected part", "[cli]") {
     write_mesh(folder / "in.off", in);
     REQUIRE(run(folder, "remesh in.off -o out.off -q").code == 0);
     const TriangleSoup out = read_mesh(folder / "out.off");
-    const auto of_sphere = std::count_if(out.triangles.begin(), out.triangles.end(), [&](const Triangle& t) { return out.points[t[0]].x() < -5; });
+    const auto of_sphere = std::count_if(out.triangles.begin(), out.triangles.end(),
+                                         [&](const Triangle& t) { return out.points[t[0]].x() < -5; });
     CHECK(of_sphere > 300);
 }
 
@@ -839,7 +876,9 @@ TEST_CASE("vertices of an STL a rounding apart are one, others at open edges wit
     for (std::size_t i = 0; i < sphere.triangles.size(); ++i) {
         stl << "facet normal 0 0 0\nouter loop\n";
         for (const int v : sphere.triangles[i]) {
-            const Eigen::Vector3d p = sphere.points[v] + off * Eigen::Vector3d(std::sin(7. * double(i)), std::cos(5. * double(i)), std::sin(3. * double(i)));
+            const Eigen::Vector3d p =
+                sphere.points[v] +
+                off * Eigen::Vector3d(std::sin(7. * double(i)), std::cos(5. * double(i)), std::sin(3. * double(i)));
             stl << "vertex " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
         }
         stl << "endloop\nendfacet\n";
@@ -858,9 +897,11 @@ TEST_CASE("a round that hmin is too large for is passed over, and that is said w
     const TemporaryFolder folder;
     write_mesh(folder / "in.off", parts::prism(parts::rounded(1, 1, 0.01, 2), 1));
     const double error = 0.00173;
-    const Outcome outcome = run(folder, "remesh in.off -o out.off --hmin 0.05 --json --chord-error " + std::to_string(error));
+    const Outcome outcome =
+        run(folder, "remesh in.off -o out.off --hmin 0.05 --json --chord-error " + std::to_string(error));
     CHECK(outcome.code == 1);
-    CHECK_THAT(outcome.err, Catch::Contains("where --hmin 0.05 allows no smaller elements") && Catch::Contains("by 0.00"));
+    CHECK_THAT(outcome.err,
+               Catch::Contains("where --hmin 0.05 allows no smaller elements") && Catch::Contains("by 0.00"));
     const json said = json::parse(outcome.out);
     CHECK(said["distance"]["from_input"]["bound"] < 2.4 * error);
     CHECK(said["distance"]["from_mesh"]["bound"] < 2.4 * error);
@@ -897,9 +938,11 @@ TEST_CASE("info ends in a verdict with the cure, and remesh points to it", "[cli
     write_mesh(folder / "apart.off", apart);
     CHECK_THAT(run(folder, "info whole.off").out, Catch::EndsWith("nothing wrong found\n"));
     const std::string cracks = std::to_string(apart.points.size() - whole.points.size()) + " vertices";
-    CHECK_THAT(run(folder, "info apart.off").out, Catch::Contains("usable, but not sound: " + cracks + " at open edges lie on others") &&
-                                                      Catch::Contains("--repair would do this:\n  " + cracks + " welded"));
-    CHECK_THAT(run(folder, "remesh apart.off -o out.off --hmin 1 --hmax 1").err, Catch::Contains(cracks + " at open edges lie on others (cracks), which --repair closes"));
+    CHECK_THAT(run(folder, "info apart.off").out,
+               Catch::Contains("usable, but not sound: " + cracks + " at open edges lie on others") &&
+                   Catch::Contains("--repair would do this:\n  " + cracks + " welded"));
+    CHECK_THAT(run(folder, "remesh apart.off -o out.off --hmin 1 --hmax 1").err,
+               Catch::Contains(cracks + " at open edges lie on others (cracks), which --repair closes"));
     CHECK(run(folder, "remesh apart.off -o out.off --repair").err.empty());
     CHECK(diagnose(read_mesh(folder / "out.off")).closed);
 }
@@ -911,7 +954,8 @@ TEST_CASE("a mesh that single precision cannot hold is not written as STL", "[cl
     write_mesh(folder / "in.off", in);
     const Outcome outcome = run(folder, "remesh in.off -o out.stl");
     CHECK(outcome.code == 1);
-    CHECK_THAT(outcome.err, Catch::Contains("out.stl: binary STL has single precision") && Catch::Contains("move the surface to the origin"));
+    CHECK_THAT(outcome.err, Catch::Contains("out.stl: binary STL has single precision") &&
+                                Catch::Contains("move the surface to the origin"));
     CHECK_FALSE(std::filesystem::exists(folder / "out.stl"));
     CHECK(run(folder, "remesh in.off -o out.off").code == 0);
 }
@@ -956,7 +1000,8 @@ TEST_CASE("a helical gear keeps its edges, and its caps their plane", "[cli]") {
     const Outcome ran = run(folder, "remesh in.off -o out.off --json" + limit);
     REQUIRE(ran.code == 0);  // no contacts, and the chord error kept
     const json said = json::parse(ran.out);
-    CHECK(said["feature_curves"] == 12 * 12);  // of each tooth: on both caps its tip, its root and its flanks, and four edges between
+    CHECK(said["feature_curves"] ==
+          12 * 12);  // of each tooth: on both caps its tip, its root and its flanks, and four edges between
     CHECK(said["corners"] == 12 * 8);
     const TriangleSoup out = read_mesh(folder / "out.off");
     CHECK(said["area_length"]["min"] > 0.6);
@@ -995,7 +1040,8 @@ TEST_CASE("labels that a format cannot hold are said to be left behind", "[cli]"
     cube.labels.assign(cube.triangles.size(), 3);
     cube.labels[0] = 7;
     write_mesh(folder / "in.mesh", cube);
-    CHECK_THAT(run(folder, "remesh in.mesh -o out.stl").err, Catch::Contains("labels are left behind, out.stl can hold none"));
+    CHECK_THAT(run(folder, "remesh in.mesh -o out.stl").err,
+               Catch::Contains("labels are left behind, out.stl can hold none"));
     CHECK_THAT(run(folder, "remesh in.mesh -o out.mesh").err, !Catch::Contains("labels"));
 }
 
@@ -1017,7 +1063,8 @@ TEST_CASE("flat ends are flat, whatever meets them", "[cli]") {
         const Outcome ran = run(folder, "remesh in.off -o out.off --json");
         REQUIRE(ran.code == 0);
         CHECK(json::parse(ran.out)["feature_curves"] >= 8);
-        for (const Eigen::Vector3d& p : read_mesh(folder / "out.off").points) CHECK((p.z() > -1e-12 && p.z() < 7.5 + 1e-12));
+        for (const Eigen::Vector3d& p : read_mesh(folder / "out.off").points)
+            CHECK((p.z() > -1e-12 && p.z() < 7.5 + 1e-12));
     }
     SECTION("a cone, cut off where it turns by less than creases do") {
         const double top = 2 * std::tan(39.8 * std::numbers::pi / 180);

@@ -29,7 +29,9 @@ double gap(const PatchModel& model, const Background& background) {
     const auto points = points_of(background.mesh);
     double largest = 0;
     for (std::size_t t = 0; t < triangles.size(); ++t)
-        for (int k = 0; k < 3; ++k) largest = std::max(largest, (model.position({background.patch[t], background.uv[t][k]}) - points[triangles[t][k]]).norm());
+        for (int k = 0; k < 3; ++k)
+            largest = std::max(
+                largest, (model.position({background.patch[t], background.uv[t][k]}) - points[triangles[t][k]]).norm());
     return largest;
 }
 
@@ -41,7 +43,8 @@ TopologyReport topology(const Background& background) {
 
 }  // namespace
 
-TEST_CASE("The background of every kind of model has its topology, its points on every patch and its sizes", "[control][property]") {
+TEST_CASE("The background of every kind of model has its topology, its points on every patch and its sizes",
+          "[control][property]") {
     for (const models::Kind& kind : models::zoo()) {
         CAPTURE(kind.name);
         const PatchModel model = kind.make();
@@ -65,7 +68,8 @@ TEST_CASE("The background of every kind of model has its topology, its points on
         int turned = 0;
         for (std::size_t f = 0; f < triangles.size(); ++f) {
             const auto& uv = sized.background.uv[f];
-            const Eigen::Vector3d n = (points[triangles[f][1]] - points[triangles[f][0]]).cross(points[triangles[f][2]] - points[triangles[f][0]]);
+            const Eigen::Vector3d n = (points[triangles[f][1]] - points[triangles[f][0]])
+                                          .cross(points[triangles[f][2]] - points[triangles[f][0]]);
             turned += n.dot(model.normal({sized.background.patch[f], (uv[0] + uv[1] + uv[2]) / 3})) <= 0;
         }
         CHECK(turned == 0);
@@ -73,7 +77,8 @@ TEST_CASE("The background of every kind of model has its topology, its points on
 }
 
 TEST_CASE("The size map is represented to its tolerance anywhere", "[control][property]") {
-    for (const std::string name : {"bump", "wavy sheet", "torus", "torus with seams", "sphere with seam", "mixed degrees"})
+    for (const std::string name :
+         {"bump", "wavy sheet", "torus", "torus with seams", "sphere with seam", "mixed degrees"})
         for (const double tolerance : {0.2, 0.05}) {
             CAPTURE(name, tolerance);
             const models::Kind kind = models::kind_of(name);
@@ -91,11 +96,13 @@ TEST_CASE("The size map is represented to its tolerance anywhere", "[control][pr
                 const Domain d = model.patch(p).domain();
                 const double s = uniform(random), t = uniform(random);
                 const SurfacePoint at{p, d.min + Eigen::Vector2d(s, t).cwiseProduct(d.max - d.min)};
-                const double error = std::abs(std::log(space.size(at) / size_from_radius(rule, minimal_radius(model.patch(p), at.uv))));
+                const double error =
+                    std::abs(std::log(space.size(at) / size_from_radius(rule, minimal_radius(model.patch(p), at.uv))));
                 beyond += error > tolerance;
                 largest = std::max(largest, error);
             }
-            // It is asked for at middles and centroids; in between, and beside lines where the map has a kink, it may be more.
+            // It is asked for at middles and centroids; in between, and beside lines where the map has a kink, it may
+            // be more.
             CHECK(beyond <= 0.02 * kSamples);
             CHECK(largest <= 4 * tolerance);
         }
@@ -112,7 +119,8 @@ TEST_CASE("Prescribed sizes are met at their points", "[control][exact]") {
     for (const SizingRule::At& at : rule.at) {
         double nearest = 1e9, size = 0;
         for (std::size_t v = 0; v < points.size(); ++v)
-            if (const double distance = (points[v] - at.point).norm(); distance < nearest) nearest = distance, size = sized.sizes[v];
+            if (const double distance = (points[v] - at.point).norm(); distance < nearest)
+                nearest = distance, size = sized.sizes[v];
         CHECK(nearest <= at.size);
         CHECK(size == at.size);
     }
@@ -135,7 +143,8 @@ TEST_CASE("Sizes by the rule are those of the sphere", "[control][exact]") {
 TEST_CASE("The background is refused beyond its number of triangles, and for bad options", "[control]") {
     const PatchModel model = models::kind_of("bump").make();
     const SizingRule rule = proportional(0.3, 0, 1);
-    const SizedBackground stopped = make_background(model, rule, {.size_tolerance = 1e-4, .finest = 0.01, .max_triangles = 5000});
+    const SizedBackground stopped =
+        make_background(model, rule, {.size_tolerance = 1e-4, .finest = 0.01, .max_triangles = 5000});
     CHECK_FALSE(stopped.resolved);
     CHECK(stopped.background.mesh.n_faces() <= 5000);
     CHECK(gap(model, stopped.background) <= 1e-9 * model.diagonal());
@@ -157,7 +166,8 @@ TEST_CASE("A background goes to a file and comes back, with its parameters and w
         CHECK(with.patch == sized.background.patch);
         CHECK(gap(model, with) <= 1e-9 * model.diagonal());
         // At a pole any of the parameters of its side will do.
-        const bool pole = std::any_of(model.vertices().begin(), model.vertices().end(), [](const ModelVertex& v) { return v.pole; });
+        const bool pole =
+            std::any_of(model.vertices().begin(), model.vertices().end(), [](const ModelVertex& v) { return v.pole; });
         if (!pole && kind.name.find("seam") == std::string::npos) CHECK(with.uv == sized.background.uv);
         CHECK(std::ranges::equal(points_of(with.mesh), points_of(sized.background.mesh)));
         CHECK(triangles_of(with.mesh) == triangles_of(sized.background.mesh));
@@ -171,7 +181,10 @@ TEST_CASE("A background goes to a file and comes back, with its parameters and w
         for (std::size_t f = 0; f < without.uv.size(); ++f) {
             const Domain d = model.patch(without.patch[f]).domain();
             const auto& uv = without.uv[f];
-            const Eigen::Vector2d centre = (uv[0] + uv[1] + uv[2]) / 3, middle = (sized.background.uv[f][0] + sized.background.uv[f][1] + sized.background.uv[f][2]) / 3;
+            const Eigen::Vector2d centre = (uv[0] + uv[1] + uv[2]) / 3,
+                                  middle = (sized.background.uv[f][0] + sized.background.uv[f][1] +
+                                            sized.background.uv[f][2]) /
+                                           3;
             CHECK((centre - middle).cwiseQuotient(d.max - d.min).norm() <= 0.2);
         }
     }
@@ -211,6 +224,7 @@ TEST_CASE("Cutting for gradation leaves no long edge between unequal sizes", "[c
 
 TEST_CASE("Sizes far too small for a mesh are refused before the background is refined", "[control]") {
     const PatchModel model = models::model_of({models::bump()});
-    CHECK_THROWS_AS(make_background(model, {.value = 1e-6, .hmax = 1e-6}, {.max_unit_triangles = 1e6}), std::length_error);
+    CHECK_THROWS_AS(make_background(model, {.value = 1e-6, .hmax = 1e-6}, {.max_unit_triangles = 1e6}),
+                    std::length_error);
     CHECK_NOTHROW(make_background(model, {.value = 0.3, .hmin = 0.05, .hmax = 1}, {.max_unit_triangles = 1e6}));
 }

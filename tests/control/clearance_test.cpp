@@ -1,4 +1,5 @@
-// Distances between features that face each other, and between sheets: closed forms, a dull search as the oracle, invariances.
+// Distances between features that face each other, and between sheets: closed forms, a dull search as the oracle,
+// invariances.
 #include "gradus/control/clearance.hpp"
 
 #include <Eigen/Geometry>
@@ -52,13 +53,14 @@ double smallest(const std::vector<double>& values) { return *std::min_element(va
 // Size of the background at the vertex nearest to a point.
 double size_near(const TriangulationBackground& map, const Vector3d& p) {
     const std::span<const Vector3d> points = points_of(map.background.mesh);
-    const auto nearest = std::min_element(
-        points.begin(), points.end(), [&](const Vector3d& a, const Vector3d& b) { return (a - p).squaredNorm() < (b - p).squaredNorm(); });
+    const auto nearest = std::min_element(points.begin(), points.end(), [&](const Vector3d& a, const Vector3d& b) {
+        return (a - p).squaredNorm() < (b - p).squaredNorm();
+    });
     return map.sizes[nearest - points.begin()];
 }
 
-// Clearance of a vertex on a feature of a planar face by definition: for ever larger radii the triangles that the ball holds a part of,
-// joined across edges it holds a part of, and the features met among them.
+// Clearance of a vertex on a feature of a planar face by definition: for ever larger radii the triangles that the ball
+// holds a part of, joined across edges it holds a part of, and the features met among them.
 double by_growing(const Triangulation& surface, int v) {
     const auto& points = surface.soup().points;
     const Connectivity& mesh = surface.mesh();
@@ -75,7 +77,8 @@ double by_growing(const Triangulation& surface, int v) {
         for (int h = 0; h < 3 * mesh.num_triangles(); ++h) {
             if (mesh.tag(h) < 0) continue;
             const double length = (points[mesh.origin(h)] - points[mesh.target(h)]).norm();
-            for (const auto& [a, b] : {std::pair{mesh.origin(h), mesh.target(h)}, std::pair{mesh.target(h), mesh.origin(h)}})
+            for (const auto& [a, b] :
+                 {std::pair{mesh.origin(h), mesh.target(h)}, std::pair{mesh.target(h), mesh.origin(h)}})
                 if (way[a] + length < way[b]) way[b] = way[a] + length, changes = true;
         }
     }
@@ -96,8 +99,10 @@ double by_growing(const Triangulation& surface, int v) {
             for (const int t : held)
                 for (int h = 3 * t; h < 3 * t + 3; ++h) {
                     if (mesh.tag(h) < 0 || distance(h) > radius) continue;
-                    const Vector3d &a = points[mesh.origin(h)], &b = points[mesh.target(h)], q = closest_point(p, a, b, b);
-                    const double along = std::min(way[mesh.origin(h)] + (q - a).norm(), way[mesh.target(h)] + (q - b).norm());
+                    const Vector3d &a = points[mesh.origin(h)], &b = points[mesh.target(h)],
+                                   q = closest_point(p, a, b, b);
+                    const double along =
+                        std::min(way[mesh.origin(h)] + (q - a).norm(), way[mesh.target(h)] + (q - b).norm());
                     if (along > 3.732 * radius) best = std::min(best, radius);
                 }
         }
@@ -106,7 +111,8 @@ double by_growing(const Triangulation& surface, int v) {
 
 }  // namespace
 
-TEST_CASE("two parallel lines are as far apart as their distance, however long the triangles between them are", "[exact]") {
+TEST_CASE("two parallel lines are as far apart as their distance, however long the triangles between them are",
+          "[exact]") {
     const double length = GENERATE(10.0, 1000.0), width = GENERATE(1.0, 0.01);
     const int along = GENERATE(10, 11, 64);
     const Triangulation surface(strip(along, length, width));
@@ -140,7 +146,8 @@ TEST_CASE("the sides of a narrow corner face each other, those of a wide one do 
     const std::vector<double> clearance = feature_clearance(narrow);
     const double slope = std::sin(20 * std::numbers::pi / 180);
     for (std::size_t v = 1; v < clearance.size(); ++v)
-        if (const double s = narrow.soup().points[v].norm(); s < 0.7) CHECK(clearance[v] == Approx(s * slope).epsilon(1e-9));
+        if (const double s = narrow.soup().points[v].norm(); s < 0.7)
+            CHECK(clearance[v] == Approx(s * slope).epsilon(1e-9));
 }
 
 TEST_CASE("near the tip of a narrow corner its sides do not face each other where that is asked for", "[exact]") {
@@ -148,7 +155,8 @@ TEST_CASE("near the tip of a narrow corner its sides do not face each other wher
     const ClearanceFinder finder(surface);
     for (int v = 1; v < surface.mesh().num_vertices(); ++v) {
         const double s = surface.soup().points[v].norm();
-        if (s < 0.7) CHECK(std::isinf(finder.feature(sides_of_vertex(surface, v).front(), 1, 0.5).distance) == (s < 0.5));
+        if (s < 0.7)
+            CHECK(std::isinf(finder.feature(sides_of_vertex(surface, v).front(), 1, 0.5).distance) == (s < 0.5));
     }
 }
 
@@ -180,8 +188,8 @@ TEST_CASE("clearances of vertices are those found by growing a ball, on jittered
 }
 
 TEST_CASE("places between features have the clearance of the nearest one", "[property]") {
-    const Triangulation surface(
-        triangulations::soup(testing::grid(40, 5, false, false, [](double u, double v) { return Vector3d(8 * u, v, 0); })));
+    const Triangulation surface(triangulations::soup(
+        testing::grid(40, 5, false, false, [](double u, double v) { return Vector3d(8 * u, v, 0); })));
     const std::vector<double> clearance = feature_clearance(surface);
     for (std::size_t v = 0; v < clearance.size(); ++v)
         if (const double x = surface.soup().points[v].x(); x > 2 && x < 6) CHECK(clearance[v] == Approx(1));
@@ -190,7 +198,8 @@ TEST_CASE("places between features have the clearance of the nearest one", "[pro
     for (const double c : feature_clearance(wide)) CHECK(c == kInfinity);
 }
 
-TEST_CASE("clearances scale with the input, and do not depend on the order of its vertices or where it lies", "[property]") {
+TEST_CASE("clearances scale with the input, and do not depend on the order of its vertices or where it lies",
+          "[property]") {
     const bool sheets = GENERATE(false, true);
     const auto of = [&](const Mesh& mesh) {
         const Triangulation surface(triangulations::soup(mesh));
@@ -251,7 +260,8 @@ TEST_CASE("the sheets of a torus are as far apart as its tube is thick, or its h
 
 TEST_CASE("noise does not make a sheet face itself", "[property]") {
     const Mesh smooth = triangulations::sphere(5);
-    const Triangulation noisy(triangulations::soup(triangulations::noisy(smooth, 0.12 * triangulations::mean_edge(smooth))));
+    const Triangulation noisy(
+        triangulations::soup(triangulations::noisy(smooth, 0.12 * triangulations::mean_edge(smooth))));
     CHECK(smallest(sheet_clearance(noisy)) > 0.8);
 }
 
@@ -279,7 +289,8 @@ TEST_CASE("a background resolves what lies between the vertices of large facets"
 }
 
 TEST_CASE("a background has the size of a place that a corner elsewhere comes near to", "[exact]") {
-    // A triangle points at the long side of another face of the same sheet: a square with a notch whose tip nearly reaches the bottom.
+    // A triangle points at the long side of another face of the same sheet: a square with a notch whose tip nearly
+    // reaches the bottom.
     TriangleSoup soup;
     soup.points = {{0, 0, 0}, {10, 0, 0}, {10, 6, 0}, {4.5, 6, 0}, {3, 0.1, 0}, {1.5, 6, 0}, {0, 6, 0}};
     soup.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {4, 5, 6}, {4, 6, 0}};
@@ -314,8 +325,10 @@ TEST_CASE("sizes of a label hold in its triangles and on their border", "[exact]
         for (std::size_t v = 0; v < points.size(); ++v) CHECK(map.sizes[v] == (points[v].z() > 0.999 ? 0.04 : 0.5));
         CHECK(std::any_of(points.begin(), points.end(), [](const Vector3d& p) { return p.z() > 0.9 && p.z() < 0.99; }));
     }
-    CHECK_THROWS_WITH(make_background(surface, SizingRule{.regions = {{4, 0.1}}}), Catch::Contains("label 4") && Catch::Contains("3, 7"));
+    CHECK_THROWS_WITH(make_background(surface, SizingRule{.regions = {{4, 0.1}}}),
+                      Catch::Contains("label 4") && Catch::Contains("3, 7"));
     CHECK_THROWS_AS(make_background(surface, SizingRule{.regions = {{7, 0}}}), std::invalid_argument);
     soup.labels.clear();
-    CHECK_THROWS_WITH(make_background(Triangulation(soup), SizingRule{.regions = {{4, 0.1}}}), Catch::Contains("there are none"));
+    CHECK_THROWS_WITH(make_background(Triangulation(soup), SizingRule{.regions = {{4, 0.1}}}),
+                      Catch::Contains("there are none"));
 }

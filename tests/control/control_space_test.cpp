@@ -37,7 +37,8 @@ SurfacePoint random_place(const PatchModel& model, std::mt19937& random) {
     return {patch, d.min + s.cwiseProduct(d.max - d.min)};
 }
 
-Eigen::Vector3d random_point_of(const std::vector<Eigen::Vector3d>& points, const Triangle& triangle, std::mt19937& random) {
+Eigen::Vector3d random_point_of(const std::vector<Eigen::Vector3d>& points, const Triangle& triangle,
+                                std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(0, 1);
     double a = uniform(random), b = uniform(random);
     if (a + b > 1) a = 1 - a, b = 1 - b;
@@ -67,7 +68,8 @@ TEST_CASE("The predicted count is the integral of the density", "[control][exact
     const PatchModel model = models::model_of({models::flat_square()});
     const double ideal = std::sqrt(3.0) / 4;
     const Mapped constant = mapped(model, [](const Eigen::Vector3d&) { return 0.02; });
-    CHECK(ControlSpace(constant.background, constant.sizes).predicted_triangles() == Approx(1 / (ideal * 0.0004)).epsilon(1e-12));
+    CHECK(ControlSpace(constant.background, constant.sizes).predicted_triangles() ==
+          Approx(1 / (ideal * 0.0004)).epsilon(1e-12));
     // Integral of 100 / (4 + x - y / 2)^2 over the unit square: by x, then by y.
     const Mapped map = mapped(model, linear);
     const double integral = 100 * 2 * std::log(36.0 / 35);
@@ -78,10 +80,13 @@ TEST_CASE("The predicted count is exact however much sizes differ", "[control][e
     const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {2, 0, 0}, {0, 1, 0}};
     const std::vector<Triangle> triangles{{0, 1, 2}};
     const Connectivity mesh(3, triangles);
-    const std::array<double, 3> h = GENERATE(std::array<double, 3>{0.1, 0.1, 0.1}, std::array<double, 3>{0.1, 0.12, 0.13}, std::array<double, 3>{0.1, 0.149, 0.151},
-                                             std::array<double, 3>{0.1, 0.1, 3}, std::array<double, 3>{3, 0.1, 3}, std::array<double, 3>{1, 1000, 30});
+    const std::array<double, 3> h =
+        GENERATE(std::array<double, 3>{0.1, 0.1, 0.1}, std::array<double, 3>{0.1, 0.12, 0.13},
+                 std::array<double, 3>{0.1, 0.149, 0.151}, std::array<double, 3>{0.1, 0.1, 3},
+                 std::array<double, 3>{3, 0.1, 3}, std::array<double, 3>{1, 1000, 30});
     CAPTURE(h[0], h[1], h[2]);
-    // By rows: 1 / h^2 has a primitive along each, and what is left is summed finely, more so towards the end where it is steep.
+    // By rows: 1 / h^2 has a primitive along each, and what is left is summed finely, more so towards the end where it
+    // is steep.
     const int rows = 200000;
     double sum = 0;
     for (int i = 0; i < rows; ++i) {
@@ -94,7 +99,8 @@ TEST_CASE("The predicted count is exact however much sizes differ", "[control][e
 }
 
 TEST_CASE("A walk from far away and one from near end at the same size", "[control][property]") {
-    // On a surface a walk goes by the projection to triangles: from any start on a convex closed surface, or along a sheet.
+    // On a surface a walk goes by the projection to triangles: from any start on a convex closed surface, or along a
+    // sheet.
     for (const std::string name : {"bump", "sphere of octants", "sphere with seam", "cylinder", "torus", "wavy sheet"})
         DYNAMIC_SECTION(name) {
             const PatchModel model = models::kind_of(name).make();
@@ -118,7 +124,8 @@ TEST_CASE("The size at a vertex is the one given, from every patch around it", "
     for (const models::Kind& kind : models::zoo()) {
         CAPTURE(kind.name);
         const PatchModel model = kind.make();
-        const Mapped map = mapped(model, [](const Eigen::Vector3d& p) { return 1 + 0.3 * std::sin(7 * p.x() + 5 * p.y() + 3 * p.z()); });
+        const Mapped map = mapped(
+            model, [](const Eigen::Vector3d& p) { return 1 + 0.3 * std::sin(7 * p.x() + 5 * p.y() + 3 * p.z()); });
         const ControlSpace space(map.background, map.sizes);
         const auto triangles = triangles_of(map.background.mesh);
         const auto points = points_of(map.background.mesh);
@@ -127,7 +134,9 @@ TEST_CASE("The size at a vertex is the one given, from every patch around it", "
             for (int k = 0; k < 3; ++k) {
                 const double exact = map.sizes[triangles[t][k]];
                 int walked = t;
-                by_place = std::max(by_place, std::abs(space.size(SurfacePoint{map.background.patch[t], map.background.uv[t][k]}) / exact - 1));
+                by_place = std::max(
+                    by_place,
+                    std::abs(space.size(SurfacePoint{map.background.patch[t], map.background.uv[t][k]}) / exact - 1));
                 by_point = std::max(by_point, std::abs(space.size(points[triangles[t][k]], walked) / exact - 1));
             }
         CHECK(by_place <= 1e-6);
@@ -139,7 +148,8 @@ TEST_CASE("Sizes that cannot be used are refused", "[control]") {
     const PatchModel model = models::model_of({models::flat_square()});
     Mapped map = mapped(model, linear);
     std::vector<double> sizes = map.sizes;
-    for (const double bad : {0., -1., std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    for (const double bad :
+         {0., -1., std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
         sizes[3] = bad;
         CHECK_THROWS_AS(ControlSpace(map.background, sizes), std::invalid_argument);
         CHECK_THROWS_WITH(ControlSpace(map.background, sizes), Catch::Contains("vertex 3"));
@@ -151,7 +161,8 @@ TEST_CASE("Sizes that cannot be used are refused", "[control]") {
 
 TEST_CASE("a walk goes on over the folds of a surface of few triangles", "[control]") {
     // A cube of twelve triangles; h is linear in space, so that it is known everywhere on it.
-    const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                              {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
     const std::vector<Triangle> triangles{{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},
                                           {1, 2, 6}, {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
     // Squashed, so that folds are of any angle.
@@ -175,7 +186,8 @@ TEST_CASE("a walk goes on over the folds of a surface of few triangles", "[contr
 }
 
 TEST_CASE("a size is that of the closest triangle from wherever the walk begins", "[control]") {
-    // A tetrahedron with edges sharper than a right angle: the walk from below a face ends under it. h is linear in space.
+    // A tetrahedron with edges sharper than a right angle: the walk from below a face ends under it. h is linear in
+    // space.
     const std::vector<Eigen::Vector3d> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.1, 0.5}};
     const std::vector<Triangle> triangles{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
     const auto size = [](const Eigen::Vector3d& p) { return 0.004 * (2 + 1.5 * p.x() - p.y() + 5 * p.z()); };

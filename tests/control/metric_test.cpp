@@ -8,7 +8,8 @@
 using namespace gradus;
 
 TEST_CASE("The metric length agrees with its integral", "[control][exact]") {
-    const double h_p = GENERATE(1e-6, .3, 1., 7.), ratio = GENERATE(1., 1.0000001, 1.1, 2.5, 1e4), L = GENERATE(1e-3, 1., 20.);
+    const double h_p = GENERATE(1e-6, .3, 1., 7.), ratio = GENERATE(1., 1.0000001, 1.1, 2.5, 1e4),
+                 L = GENERATE(1e-3, 1., 20.);
     const double h_q = ratio * h_p;
     // Gauss-Legendre on many pieces of the integral of dt / h(t), h geometric. [eq. 5, 6]
     double integral = 0;

@@ -29,7 +29,8 @@ TEST_CASE("The chord of the size asked for has the error asked for on a circle",
     // Gap of a chord of length h under its arc: rho - sqrt(rho^2 - h^2 / 4).
     const auto gap = [&](double h) { return rho - std::sqrt(rho * rho - h * h / 4); };
     for (const double share : {0.01, 0.1, 0.5, 1.}) {
-        CHECK(gap(size_from_radius(rule_of(Kind::RelativeChordError, share), rho)) == Approx(share * rho).epsilon(1e-9));
+        CHECK(gap(size_from_radius(rule_of(Kind::RelativeChordError, share), rho)) ==
+              Approx(share * rho).epsilon(1e-9));
         CHECK(gap(size_from_radius(rule_of(Kind::ChordError, share * rho), rho)) == Approx(share * rho).epsilon(1e-9));
     }
     for (const double angle : {0.1, 0.5, 1., std::numbers::pi}) {
@@ -72,7 +73,8 @@ TEST_CASE("Rules out of range are refused by name", "[control]") {
         refused(rule_of(Kind::Proportional, bad), "alpha");
         refused(rule_of(Kind::ChordError, bad), "chord error");
     }
-    for (const double bad : {0., -1., nan, 1.01}) refused(rule_of(Kind::RelativeChordError, bad), "relative chord error");
+    for (const double bad : {0., -1., nan, 1.01})
+        refused(rule_of(Kind::RelativeChordError, bad), "relative chord error");
     for (const double bad : {0., -1., nan, 3.2}) refused(rule_of(Kind::NormalAngle, bad), "normal angle");
     refused(rule_of(Kind::Proportional, 1, -1), "hmin");
     refused(rule_of(Kind::Proportional, 1, nan), "hmin");

@@ -9,8 +9,8 @@ using namespace gradus;
 namespace {
 
 // Adds a grid of n x n squares over the corner, first and second side.
-void add_grid(std::vector<Eigen::Vector3d>& points, std::vector<Triangle>& triangles, int n, const Eigen::Vector3d& corner,
-              const Eigen::Vector3d& first, const Eigen::Vector3d& second) {
+void add_grid(std::vector<Eigen::Vector3d>& points, std::vector<Triangle>& triangles, int n,
+              const Eigen::Vector3d& corner, const Eigen::Vector3d& first, const Eigen::Vector3d& second) {
     const int base = static_cast<int>(points.size());
     for (int j = 0; j <= n; ++j)
         for (int i = 0; i <= n; ++i) points.push_back(corner + i * first / n + j * second / n);
@@ -42,7 +42,8 @@ TEST_CASE("parts that run through each other keep to their own part of the backg
     for (std::size_t v = 0; v < points.size(); ++v) {
         CHECK((under[v] < first_part) == (v >= second));
         const Triangle& t = cells[under[v]];
-        CHECK((closest_point(points[v], ground[t[0]], ground[t[1]], ground[t[2]]) - points[v]).norm() <= off.norm() * (1 + 1e-9));
+        CHECK((closest_point(points[v], ground[t[0]], ground[t[1]], ground[t[2]]) - points[v]).norm() <=
+              off.norm() * (1 + 1e-9));
     }
 }
 

@@ -79,8 +79,9 @@ TEST_CASE("the inside of a flat facet beside a small round has large sizes", "[p
 TEST_CASE("a curve between corners asks for elements no longer than it is", "[exact]") {
     // A sheet with a step of .02 in one of its sides.
     const double step = 0.02;
-    const Triangulation surface(TriangleSoup{.points = {{0, 0, 0}, {1, 0, 0}, {1, 1 + step, 0}, {0.5, 1 + step, 0}, {0.5, 1, 0}, {0, 1, 0}},
-                                             .triangles = {{0, 4, 5}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}}});
+    const Triangulation surface(
+        TriangleSoup{.points = {{0, 0, 0}, {1, 0, 0}, {1, 1 + step, 0}, {0.5, 1 + step, 0}, {0.5, 1, 0}, {0, 1, 0}},
+                     .triangles = {{0, 4, 5}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}}});
     const SizingRule rule{.value = 0.05, .hmin = 0.001, .hmax = 0.5};
     const auto smallest = [&](const SizingRule& by) {
         const std::vector<double> sizes = geometric_sizes(surface, by);
@@ -100,7 +101,8 @@ TEST_CASE("a rim with one corner asks for no more than one without", "[exact]") 
     TriangleSoup disc;
     disc.points.emplace_back(0, 0, 0);
     for (int i = 0; i < sides; ++i) {
-        disc.points.emplace_back(std::cos(2 * std::numbers::pi * i / sides), std::sin(2 * std::numbers::pi * i / sides), 0);
+        disc.points.emplace_back(std::cos(2 * std::numbers::pi * i / sides), std::sin(2 * std::numbers::pi * i / sides),
+                                 0);
         disc.triangles.push_back({0, 1 + i, 1 + (i + 1) % sides});
     }
     const SizingRule rule{.value = 0.05, .hmin = 0, .hmax = 0.5};
@@ -176,7 +178,8 @@ TEST_CASE("a surface that cannot be computed with is refused for what it is", "[
     CHECK_THROWS_WITH(Triangulation(TriangleSoup{}), Catch::Contains("without triangles"));
     CHECK_THROWS_WITH(Triangulation(with(0, 0)), Catch::Contains("without extent"));
     CHECK_THROWS_WITH(Triangulation(with(1, 0)), Catch::Contains("without area"));
-    CHECK_THROWS_WITH(Triangulation(with(1e200, 1)), Catch::Contains("vertex 1 has a coordinate of size 1e+200, beyond 1e+40"));
+    CHECK_THROWS_WITH(Triangulation(with(1e200, 1)),
+                      Catch::Contains("vertex 1 has a coordinate of size 1e+200, beyond 1e+40"));
     CHECK_THROWS_WITH(Triangulation(with(1, -1.7e308)), Catch::Contains("vertex 2 has a coordinate of size 1.7e+308"));
     CHECK_THROWS_WITH(Triangulation(with(1e-200, 1e-200)), Catch::Contains("a diagonal of 1.41e-200, below 1e-40"));
     CHECK(Triangulation(with(1e39, 1e39)).diagonal() > 1e39);

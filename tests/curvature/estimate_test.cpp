@@ -28,7 +28,8 @@ Estimated estimated(const Mesh& mesh, const EstimateOptions& options = {}) {
     Estimated e{Connectivity(static_cast<int>(mesh.points.size()), mesh.triangles), {}, {}, {}};
     e.features = find_features(mesh.points, e.mesh);
     e.wedges = wedges_of(e.mesh);
-    e.curvature = estimate_curvature(mesh.points, e.mesh, e.wedges, wedge_normals(mesh.points, e.mesh, e.wedges), options);
+    e.curvature =
+        estimate_curvature(mesh.points, e.mesh, e.wedges, wedge_normals(mesh.points, e.mesh, e.wedges), options);
     return e;
 }
 
@@ -44,9 +45,12 @@ double largest_error(const Mesh& mesh, const Exact& exact) {
 
 // Principal curvature of largest size of F = x^2/a^2 + y^2/b^2 + z^2/c^2 = 1.
 double ellipsoid_k1(const Vector3d& axes, const Vector3d& p) {
-    const Vector3d weights = axes.cwiseProduct(axes).cwiseInverse(), gradient = 2 * weights.cwiseProduct(p), n = gradient.normalized();
+    const Vector3d weights = axes.cwiseProduct(axes).cwiseInverse(), gradient = 2 * weights.cwiseProduct(p),
+                   n = gradient.normalized();
     const Eigen::Matrix3d hessian = (2 * weights).asDiagonal(), flat = Eigen::Matrix3d::Identity() - n * n.transpose();
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(flat * hessian * flat / gradient.norm()).eigenvalues().maxCoeff();
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(flat * hessian * flat / gradient.norm())
+        .eigenvalues()
+        .maxCoeff();
 }
 
 Mesh ellipsoid(int halvings, const Vector3d& axes) {
@@ -57,7 +61,8 @@ Mesh ellipsoid(int halvings, const Vector3d& axes) {
 
 std::vector<double> radius_errors(const Mesh& mesh, double radius) {
     std::vector<double> errors;
-    for (const WedgeCurvature& c : estimated(mesh).curvature) errors.push_back(std::abs(1 / std::abs(c.k1) / radius - 1));
+    for (const WedgeCurvature& c : estimated(mesh).curvature)
+        errors.push_back(std::abs(1 / std::abs(c.k1) / radius - 1));
     std::sort(errors.begin(), errors.end());
     return errors;
 }
@@ -71,7 +76,8 @@ double quantile(const std::vector<double>& sorted, double share) {
 TEST_CASE("curvature of spheres, ellipsoids and tori converges with the square of the edges at least", "[converges]") {
     // The irregular mesh is halved itself, so that the ratio of errors is not one of luck.
     SECTION("sphere") {
-        // Coarse as they are, of 66 and 258 vertices: fits are exact for spheres but for how well their curvature is known beforehand.
+        // Coarse as they are, of 66 and 258 vertices: fits are exact for spheres but for how well their curvature is
+        // known beforehand.
         const auto exact = [](const Vector3d&) { return 0.5; };
         CHECK(largest_error(triangulations::sphere(3, 2), exact) < 1e-3);
         CHECK(largest_error(triangulations::sphere(4, 2), exact) < 2e-5);
@@ -95,9 +101,11 @@ TEST_CASE("curvature of spheres, ellipsoids and tori converges with the square o
     }
 }
 
-TEST_CASE("without noise the errors of nearly all vertices fall with about the third power of the edges", "[converges]") {
+TEST_CASE("without noise the errors of nearly all vertices fall with about the third power of the edges",
+          "[converges]") {
     const Mesh coarse = triangulations::torus(80, 28);
-    const std::vector<double> a = radius_errors(coarse, 1), b = radius_errors(triangulations::halved(coarse, triangulations::torus_known(3, 1)), 1);
+    const std::vector<double> a = radius_errors(coarse, 1),
+                              b = radius_errors(triangulations::halved(coarse, triangulations::torus_known(3, 1)), 1);
     for (const double share : {0.5, 0.9}) {
         CAPTURE(share, quantile(a, share), quantile(b, share));
         CHECK(quantile(a, share) / quantile(b, share) > 6);
@@ -113,8 +121,10 @@ TEST_CASE("a saddle has two curvatures of different signs, a cylinder one", "[co
         for (int w = 0; w < e.wedges.size(); ++w) {
             const Vector3d& p = mesh.points[e.wedges.vertex[w]];
             if (!inside(p)) continue;
-            const double x = p.x() - 0.5, y = p.y() - 0.5, E = 1 + y * y, F = x * y, G = 1 + x * x, s = 1 + x * x + y * y;
-            const double M = 1 / std::sqrt(s), H = -2 * F * M / (2 * (E * G - F * F)), K = -1 / (s * s), root = std::sqrt(H * H - K);
+            const double x = p.x() - 0.5, y = p.y() - 0.5, E = 1 + y * y, F = x * y, G = 1 + x * x,
+                         s = 1 + x * x + y * y;
+            const double M = 1 / std::sqrt(s), H = -2 * F * M / (2 * (E * G - F * F)), K = -1 / (s * s),
+                         root = std::sqrt(H * H - K);
             const WedgeCurvature& c = e.curvature[w];
             CHECK(c.k1 * c.k2 == Approx(K).epsilon(0.01));
             CHECK(std::abs(c.k1) == Approx(std::abs(H) + root).epsilon(0.01));
@@ -123,7 +133,8 @@ TEST_CASE("a saddle has two curvatures of different signs, a cylinder one", "[co
     }
     SECTION("cylinder") {
         const double sign = GENERATE(1.0, -1.0);
-        const Mesh mesh = triangulations::graph(40, [&](double x, double) { return sign * std::sqrt(4 - (x - 0.5) * (x - 0.5)); });
+        const Mesh mesh =
+            triangulations::graph(40, [&](double x, double) { return sign * std::sqrt(4 - (x - 0.5) * (x - 0.5)); });
         const Estimated e = estimated(mesh);
         for (int w = 0; w < e.wedges.size(); ++w) {
             if (!inside(mesh.points[e.wedges.vertex[w]])) continue;
@@ -157,7 +168,8 @@ TEST_CASE("radii of a torus of 10000 irregular vertices are right, also under no
     CAPTURE(quantile(clean, 0.5), quantile(clean, 0.95), clean.back());
     CHECK(quantile(clean, 0.5) < 0.001);
     CHECK(quantile(clean, 0.95) < 0.005);
-    const std::vector<double> noisy = radius_errors(triangulations::noisy(mesh, 0.01 * triangulations::mean_edge(mesh)), 1);
+    const std::vector<double> noisy =
+        radius_errors(triangulations::noisy(mesh, 0.01 * triangulations::mean_edge(mesh)), 1);
     CAPTURE(quantile(noisy, 0.5), quantile(noisy, 0.95), noisy.back());
     CHECK(quantile(noisy, 0.5) < 0.05);
     CHECK(quantile(noisy, 0.95) < 0.12);
@@ -172,7 +184,9 @@ TEST_CASE("radii of a sampled teapot converge to those of its patches", "[conver
             const triangulations::Sampled sampled = triangulations::sampled(model.patch(p), n);
             const Estimated e = estimated(sampled.mesh);
             for (int v = 0; v < static_cast<int>(sampled.uv.size()); ++v)
-                if (sampled.is_inner(v)) result.push_back(std::abs(1 / std::abs(e.curvature[v].k1) / minimal_radius(model.patch(p), sampled.uv[v]) - 1));
+                if (sampled.is_inner(v))
+                    result.push_back(
+                        std::abs(1 / std::abs(e.curvature[v].k1) / minimal_radius(model.patch(p), sampled.uv[v]) - 1));
         }
         std::sort(result.begin(), result.end());
         return result;
@@ -213,7 +227,8 @@ TEST_CASE("curvature at the rim of a cylinder is that of each side: round and fl
     CHECK(sides == 41 * 64);
 }
 
-TEST_CASE("coarse cylinders and cones of one row of facets have about the curvature of what they stand for", "[property]") {
+TEST_CASE("coarse cylinders and cones of one row of facets have about the curvature of what they stand for",
+          "[property]") {
     const int sides = GENERATE(8, 10, 14, 24);
     const double top = GENERATE(1.0, 0.5, 0.0), height = GENERATE(2.0, 20.0);
     CAPTURE(sides, top, height);
@@ -223,7 +238,9 @@ TEST_CASE("coarse cylinders and cones of one row of facets have about the curvat
         mesh.points.push_back({std::cos(a), std::sin(a), 0});
     }
     const int ring = top > 0 ? sides : 1;
-    for (int i = 0; i < ring; ++i) mesh.points.push_back(top > 0 ? Vector3d(top * mesh.points[i].x(), top * mesh.points[i].y(), height) : Vector3d(0, 0, height));
+    for (int i = 0; i < ring; ++i)
+        mesh.points.push_back(top > 0 ? Vector3d(top * mesh.points[i].x(), top * mesh.points[i].y(), height)
+                                      : Vector3d(0, 0, height));
     for (int i = 0; i < sides; ++i) {
         const int j = (i + 1) % sides;
         mesh.triangles.push_back({i, j, sides + j % ring});
@@ -265,6 +282,6 @@ TEST_CASE("curvature is the same to the last bit for one and two threads", "[pro
     const auto one = with(1), two = with(2);
     REQUIRE(one.size() == two.size());
     for (std::size_t w = 0; w < one.size(); ++w)
-        CHECK((one[w].k1 == two[w].k1 && one[w].k2 == two[w].k2 && one[w].normal == two[w].normal && one[w].error == two[w].error &&
-               one[w].rings == two[w].rings));
+        CHECK((one[w].k1 == two[w].k1 && one[w].k2 == two[w].k2 && one[w].normal == two[w].normal &&
+               one[w].error == two[w].error && one[w].rings == two[w].rings));
 }

@@ -24,7 +24,8 @@ void check_frame(const PrincipalCurvatures& k) {
 }
 
 /// Curvature of the normal section towards d, from the height of nearby surface points over the tangent plane.
-double section_curvature(const ParametricSurface& surface, const Vector2d& uv, const Vector3d& d, const Vector3d& normal) {
+double section_curvature(const ParametricSurface& surface, const Vector2d& uv, const Vector3d& d,
+                         const Vector3d& normal) {
     const Jet1 jet = surface.jet1(uv);
     Eigen::Matrix<double, 3, 2> J;
     J << jet.du, jet.dv;
@@ -32,7 +33,8 @@ double section_curvature(const ParametricSurface& surface, const Vector2d& uv, c
     double h = 1e-3 / way.norm();
     const auto bend = [&](double step) {
         // Second difference along a straight parameter line of speed d, whose normal part is the section's curvature.
-        return (surface.position(uv + step * way) - 2 * jet.p + surface.position(uv - step * way)).dot(normal) / (step * step);
+        return (surface.position(uv + step * way) - 2 * jet.p + surface.position(uv - step * way)).dot(normal) /
+               (step * step);
     };
     return (4 * bend(h / 2) - bend(h)) / 3;
 }
@@ -43,7 +45,8 @@ TEST_CASE("Spheres have one curvature everywhere, poles included", "[curvature][
     const double radius = 2;
     std::vector<models::Patch> spheres;
     for (const double stretch : {1.0, 1e3, 1e-3, 1e6}) spheres.push_back(models::stretched_sphere(stretch, radius));
-    for (const BezierNet& net : models::shuffled(models::sphere_octants(radius))) spheres.push_back(make_bezier_patch(net));
+    for (const BezierNet& net : models::shuffled(models::sphere_octants(radius)))
+        spheres.push_back(make_bezier_patch(net));
     for (const BezierNet& net : models::sphere_cube(radius)) spheres.push_back(make_bezier_patch(net));
     for (const models::Patch& sphere : spheres) {
         const Domain d = sphere->domain();
@@ -93,7 +96,8 @@ TEST_CASE("Cylinders and planes have the curvatures they are known for", "[curva
     CHECK(k.k1 == Approx(0).margin(1e-14));
     CHECK(k.k2 == Approx(-0.25));
     CHECK(std::abs(k.d1.z()) == Approx(1));
-    CHECK(minimal_radius(*make_plane({0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), {0.2, 0.3}) == std::numeric_limits<double>::infinity());
+    CHECK(minimal_radius(*make_plane({0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), {0.2, 0.3}) ==
+          std::numeric_limits<double>::infinity());
     for (const double stretch : {1.0, 1e3, 1e6}) {
         const models::Patch uneven = make_bezier_patch(models::uneven_square(stretch));
         for (const double u : {0.0, 1e-6, 0.1, 1.0}) CHECK(minimal_radius(*uneven, {u, 0.4}) > 1e9);
@@ -109,7 +113,8 @@ TEST_CASE("Graphs have the curvature of their second derivatives at a level poin
     };
     for (int j = 0; j < 3; ++j)
         for (int i = 0; i < 3; ++i)
-            net.points.emplace_back(i - 1, j - 1, blossom(i == 2 ? 1 : -1, i == 0 ? -1 : 1, j == 2 ? 1 : -1, j == 0 ? -1 : 1));
+            net.points.emplace_back(i - 1, j - 1,
+                                    blossom(i == 2 ? 1 : -1, i == 0 ? -1 : 1, j == 2 ? 1 : -1, j == 0 ? -1 : 1));
     const PrincipalCurvatures k = principal_curvatures(*make_bezier_patch(net), {0.5, 0.5});
     check_frame(k);
     const double mean = (a + c) / 2, radius = std::hypot((a - c) / 2, b);
@@ -132,7 +137,8 @@ TEST_CASE("Curvatures are extremes of normal sections measured on the surface", 
         const double scale = std::abs(k.k1) + std::abs(k.k2) + 0.1;
         CHECK(section_curvature(*patch, uv, k.d1, k.normal) == Approx(k.k1).margin(1e-3 * scale));
         CHECK(section_curvature(*patch, uv, k.d2, k.normal) == Approx(k.k2).margin(1e-3 * scale));
-        CHECK(section_curvature(*patch, uv, (k.d1 + k.d2).normalized(), k.normal) == Approx((k.k1 + k.k2) / 2).margin(1e-3 * scale));
+        CHECK(section_curvature(*patch, uv, (k.d1 + k.d2).normalized(), k.normal) ==
+              Approx((k.k1 + k.k2) / 2).margin(1e-3 * scale));
     }
 }
 
@@ -156,7 +162,8 @@ TEST_CASE("Curvature does not depend on the parametrisation, and scales", "[curv
             const models::Patch scaled = make_bezier_patch(models::scaled({net}, factor)[0]);
             CHECK(minimal_radius(*scaled, uv) == Approx(factor * minimal_radius(*patch, uv)));
         }
-        const PrincipalCurvatures reversed = principal_curvatures(*make_bezier_patch(models::flip_u(net)), {1 - uv.x(), uv.y()});
+        const PrincipalCurvatures reversed =
+            principal_curvatures(*make_bezier_patch(models::flip_u(net)), {1 - uv.x(), uv.y()});
         CHECK(reversed.k1 == Approx(-k.k2).margin(1e-12));
         CHECK(reversed.k2 == Approx(-k.k1).margin(1e-12));
     }

@@ -10,11 +10,14 @@ namespace support {
 inline constexpr std::array<std::string_view, 11> kFuzzedFormats{".mesh", ".meshb", ".msh", ".obj", ".off", ".ply",
                                                                  ".stl",  ".vtu",   ".vtp", ".sol", ".solb"};
 
-inline std::string_view fuzzed_format(unsigned char first_byte) { return kFuzzedFormats[first_byte % kFuzzedFormats.size()]; }
+inline std::string_view fuzzed_format(unsigned char first_byte) {
+    return kFuzzedFormats[first_byte % kFuzzedFormats.size()];
+}
 
 inline char first_byte_of(std::string_view format) {
     const auto at = std::find(kFuzzedFormats.begin(), kFuzzedFormats.end(), format);
-    return static_cast<char>(8 * kFuzzedFormats.size() + static_cast<std::size_t>(at - kFuzzedFormats.begin()));  // printable
+    return static_cast<char>(8 * kFuzzedFormats.size() +
+                             static_cast<std::size_t>(at - kFuzzedFormats.begin()));  // printable
 }
 
 }  // namespace support

@@ -11,8 +11,12 @@ namespace {
 
 /// Small numbers mostly, so that there is something to repair; then what is hard to compute with.
 double coordinate(std::uint8_t byte) {
-    constexpr std::array<double, 16> kOdd{
-        0.1, 0.2, 0.30000000000000004, 1e-9, 1 + 1e-15, 1e-17, -0.0, 5e-324, 1e-160, 1e-40, 1e20, 1e40, 1e100, 1e160, 1e200, 1.7e308};
+    constexpr std::array<double, 16> kOdd{0.1,    0.2,       0.30000000000000004,
+                                          1e-9,   1 + 1e-15, 1e-17,
+                                          -0.0,   5e-324,    1e-160,
+                                          1e-40,  1e20,      1e40,
+                                          1e100,  1e160,     1e200,
+                                          1.7e308};
     return byte < 224 ? byte % 7 - 3 : kOdd[byte % kOdd.size()];
 }
 

@@ -35,7 +35,8 @@ TEST_CASE("Exact grading meets both bounds on edges and certifies one", "[gradat
     const TriMesh mesh = t.mesh();
     const std::vector<double> input = random_sizes(6, t.points.size(), .1, 100);
     std::vector<double> size = input;
-    GradationResult result = grade(mesh, size, {.method = GradationMethod::Exact, .shock = 1.5, .variation = {}, .required = {}});
+    GradationResult result =
+        grade(mesh, size, {.method = GradationMethod::Exact, .shock = 1.5, .variation = {}, .required = {}});
     CHECK(result.met);
     CHECK(result.after.shock_max <= 1.5 * (1 + 1e-12));
     CHECK(result.steep_triangles > 0);
@@ -58,8 +59,8 @@ TEST_CASE("The methods lower in the order of what they promise", "[gradation][pr
         CHECK(grade(mesh, size, {.method = method, .shock = 1.5, .variation = {}, .required = {}}).met);
         return size;
     };
-    const auto exact = graded(GradationMethod::Exact), gradient = graded(GradationMethod::Gradient), full = graded(GradationMethod::Full),
-               paper = graded(GradationMethod::Paper);
+    const auto exact = graded(GradationMethod::Exact), gradient = graded(GradationMethod::Gradient),
+               full = graded(GradationMethod::Full), paper = graded(GradationMethod::Paper);
     for (std::size_t v = 0; v < input.size(); ++v) {
         CHECK(gradient[v] <= exact[v] * (1 + 1e-12));
         CHECK(full[v] <= gradient[v] * (1 + 1e-12));
@@ -85,7 +86,8 @@ TEST_CASE("Grading reports conflicts of required sizes", "[gradation]") {
     std::vector<double> size(t.points.size(), INFINITY);
     size[60] = .5;
     size[62] = 4;
-    const GradationResult result = grade(mesh, size, {.method = method, .shock = 1.5, .variation = {}, .required = {60, 62}});
+    const GradationResult result =
+        grade(mesh, size, {.method = method, .shock = 1.5, .variation = {}, .required = {60, 62}});
     CHECK(size[60] == .5);
     CHECK(size[62] == 4);
     CHECK_FALSE(result.met);
@@ -98,7 +100,9 @@ TEST_CASE("Grading reports conflicts of required sizes", "[gradation]") {
 TEST_CASE("Grading refuses what makes no sense", "[gradation]") {
     const TriMesh mesh = grid(2, 2, 1).mesh();
     std::vector<double> size(9, 1);
-    const auto refused = [&](const GradationOptions& options) { CHECK_THROWS_AS(grade(mesh, size, options), std::invalid_argument); };
+    const auto refused = [&](const GradationOptions& options) {
+        CHECK_THROWS_AS(grade(mesh, size, options), std::invalid_argument);
+    };
     refused({});
     refused({.shock = 1., .variation = {}, .required = {}});
     refused({.shock = std::nan(""), .variation = {}, .required = {}});

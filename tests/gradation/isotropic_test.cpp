@@ -206,7 +206,9 @@ TEST_CASE("A tampered certificate is found out", "[gradation]") {
     const std::vector<double> input = random_sizes(4, t.points.size(), .05, 50);
     std::vector<double> size = input;
     const EdgeReduction good = limit_h_shock(mesh, 1.5, size);
-    const auto fault = [&](const std::vector<double>& h, const Certificate& c) { return check_shock_certificate(mesh, 1.5, input, h, c); };
+    const auto fault = [&](const std::vector<double>& h, const Certificate& c) {
+        return check_shock_certificate(mesh, 1.5, input, h, c);
+    };
     REQUIRE(fault(size, good.certificate) == std::nullopt);
     REQUIRE(good.certificate.order.size() > 10);
     const int v = good.certificate.order[5];

@@ -22,8 +22,10 @@ TEST_CASE("The measures of an edge are those of the paper", "[gradation][exact]"
     CHECK(h_variation(1, INFINITY, INFINITY) == 0);
 }
 
-TEST_CASE("The shock tends to the exponential of the variation where sizes are nearly equal", "[gradation][converges]") {
-    for (double d = 1e-15; d < 1e-5; d *= 10) CHECK(log_h_shock(1, 1, 1 + d) == Approx((1 + d) - 1).epsilon(2 * d + 1e-14));
+TEST_CASE("The shock tends to the exponential of the variation where sizes are nearly equal",
+          "[gradation][converges]") {
+    for (double d = 1e-15; d < 1e-5; d *= 10)
+        CHECK(log_h_shock(1, 1, 1 + d) == Approx((1 + d) - 1).epsilon(2 * d + 1e-14));
 }
 
 TEST_CASE("A linear map has its slope as the gradient of every triangle", "[gradation][property]") {
@@ -65,7 +67,8 @@ TEST_CASE("A report names the place of its maxima", "[gradation]") {
 TEST_CASE("Coarse edges are those where a larger size allows a smaller neighbour", "[gradation][exact]") {
     // x = 4 (1 - e^(-x/2)) at the threshold.
     CHECK(kCoarseEdge == Approx(4 * -std::expm1(-kCoarseEdge / 2)).epsilon(1e-13));
-    const TriMesh mesh = make_mesh(std::vector<Eigen::Vector3d>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, std::vector<Triangle>{{0, 1, 2}});
+    const TriMesh mesh =
+        make_mesh(std::vector<Eigen::Vector3d>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, std::vector<Triangle>{{0, 1, 2}});
     const double h = std::log(2.) / kCoarseEdge;
     CHECK(count_coarse_edges(mesh, 2, std::vector<double>(3, h * 1.0001 * std::sqrt(2.))) == 0);
     CHECK(count_coarse_edges(mesh, 2, std::vector<double>(3, h * 1.0001)) == 1);

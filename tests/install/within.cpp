@@ -8,7 +8,8 @@ int main() {
     const gradus::GradationOptions gradation{.shock = 1.5};
     gradus::TriangulationBackground map = gradus::make_background(*surface, gradus::rule_within(rule.value, rule));
     gradus::grade(map.background.mesh, map.sizes, gradation);
-    const gradus::ChordErrorResult made = gradus::remesh_within(*surface, map, rule.value, {.gradation = gradation, .hmin = rule.hmin});
+    const gradus::ChordErrorResult made =
+        gradus::remesh_within(*surface, map, rule.value, {.gradation = gradation, .hmin = rule.hmin});
     gradus::write_mesh("within.obj", {.points = made.result.mesh.points, .triangles = made.result.mesh.triangles});
     return made.kept ? 0 : 1;
 }

@@ -8,7 +8,8 @@ using namespace gradus;
 
 TEST_CASE("the sequential map grows lighter in even steps", "[io][property]") {
     const int steps = 64;
-    const double first = lightness(colour_at(ColourMap::Sequential, 0)), last = lightness(colour_at(ColourMap::Sequential, 1));
+    const double first = lightness(colour_at(ColourMap::Sequential, 0)),
+                 last = lightness(colour_at(ColourMap::Sequential, 1));
     CHECK(first < 0.35);
     CHECK(last > 0.85);
     for (int i = 0; i < steps; ++i) {
@@ -33,7 +34,8 @@ TEST_CASE("values without a colour are grey, values beyond the range have the en
     const Colour none = colour_at(ColourMap::Sequential, std::numeric_limits<double>::quiet_NaN());
     CHECK(none.r == missing_colour.r);
     CHECK(colour_at(ColourMap::Sequential, -3).r == colour_at(ColourMap::Sequential, 0).r);
-    CHECK(colour_at(ColourMap::Sequential, std::numeric_limits<double>::infinity()).r == colour_at(ColourMap::Sequential, 1).r);
+    CHECK(colour_at(ColourMap::Sequential, std::numeric_limits<double>::infinity()).r ==
+          colour_at(ColourMap::Sequential, 1).r);
 }
 
 TEST_CASE("a value finds its place on a linear and a logarithmic scale", "[io][exact]") {
@@ -51,7 +53,8 @@ TEST_CASE("a value finds its place on a linear and a logarithmic scale", "[io][e
 }
 
 TEST_CASE("ticks are round, rising and inside their range", "[io][property]") {
-    const Range range = GENERATE(Range{0, 1}, Range{0.013, 6.9}, Range{1e-9, 3e-3}, Range{997, 1003}, Range{0.2, 0.21}, Range{1e-12, 1e12});
+    const Range range = GENERATE(Range{0, 1}, Range{0.013, 6.9}, Range{1e-9, 3e-3}, Range{997, 1003}, Range{0.2, 0.21},
+                                 Range{1e-12, 1e12});
     const Scale scale = GENERATE(Scale::Linear, Scale::Logarithmic);
     if (scale == Scale::Logarithmic && range.low <= 0) return;
     const std::vector<double> marks = ticks(range, scale, 6);

@@ -55,14 +55,17 @@ TEST_CASE("a text is as long as announced and stands where it was put", "[io]") 
     const TextStyle style{.size = 20, .colour = {0, 0, 0}, .align = GENERATE(Align::Left, Align::Centre, Align::Right)};
     const std::string text = "HillH";  // straight stems at both ends
     const double length = text_width(text, style);
-    const double start = style.align == Align::Left ? 100 : style.align == Align::Centre ? 100 - length / 2 : 100 - length;
+    const double start = style.align == Align::Left     ? 100
+                         : style.align == Align::Centre ? 100 - length / 2
+                                                        : 100 - length;
     Image image(200, 60);
     draw_text(image, {100, 40}, text, style);
     int left = image.width, right = 0, top = image.height, bottom = 0;
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x)
             if (image.at(x, y).g < 0.5f)
-                left = std::min(left, x), right = std::max(right, x + 1), top = std::min(top, y), bottom = std::max(bottom, y + 1);
+                left = std::min(left, x), right = std::max(right, x + 1), top = std::min(top, y),
+                bottom = std::max(bottom, y + 1);
     CHECK(left == Approx(start).margin(2.5));
     CHECK(right == Approx(start + length).margin(2.5));
     CHECK(bottom == Approx(40).margin(2.5));
@@ -72,7 +75,8 @@ TEST_CASE("a text is as long as announced and stands where it was put", "[io]") 
 
 TEST_CASE("pasting keeps to the image", "[io]") {
     const Image black(10, 10, {0, 0, 0});
-    const auto [x, y, area] = GENERATE(table<int, int, double>({{0, 0, 100}, {-4, 2, 60}, {15, 15, 25}, {30, 0, 0}, {-10, -10, 0}}));
+    const auto [x, y, area] =
+        GENERATE(table<int, int, double>({{0, 0, 100}, {-4, 2, 60}, {15, 15, 25}, {30, 0, 0}, {-10, -10, 0}}));
     Image image(20, 20);
     paste(image, black, x, y);
     CHECK(ink(image) == Approx(area));

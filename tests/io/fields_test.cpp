@@ -20,7 +20,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 Field some(const std::string& name, int components, std::size_t count, bool integer = false) {
     Field field{name, components, {}, integer};
     for (std::size_t i = 0; i < count * static_cast<std::size_t>(components); ++i)
-        field.values.push_back(integer ? static_cast<double>(i * 7919 % 1000) - 500 : std::sin(static_cast<double>(i)) / 3);
+        field.values.push_back(integer ? static_cast<double>(i * 7919 % 1000) - 500
+                                       : std::sin(static_cast<double>(i)) / 3);
     if (!integer) field.values[1] = std::nan(""), field.values[2] = kInfinity;
     return field;
 }
@@ -29,7 +30,8 @@ MeshData rich() {
     MeshData data{support::grid(6)};
     const std::size_t n = data.soup.points.size(), m = data.soup.triangles.size();
     for (std::size_t t = 0; t < m; ++t) data.soup.labels.push_back(4 + static_cast<int>(3 * t / m));
-    data.point_fields = {some("T", 1, n), some("flow", 3, n), some("stress tensor", 6, n), some("flow_1", 1, n), some("pair", 2, n)};
+    data.point_fields = {some("T", 1, n), some("flow", 3, n), some("stress tensor", 6, n), some("flow_1", 1, n),
+                         some("pair", 2, n)};
     data.cell_fields = {some("material", 1, m, true), some("q \u00b5 <&>", 4, m), some("x", 1, m)};
     return data;
 }
@@ -42,7 +44,8 @@ void check_same(const std::vector<Field>& fields, const std::vector<Field>& expe
         CAPTURE(expected[i].name);
         CHECK(fields[i].name == expected[i].name);
         CHECK(fields[i].components == expected[i].components);
-        CHECK(std::equal(fields[i].values.begin(), fields[i].values.end(), expected[i].values.begin(), expected[i].values.end(), same));
+        CHECK(std::equal(fields[i].values.begin(), fields[i].values.end(), expected[i].values.begin(),
+                         expected[i].values.end(), same));
     }
 }
 
@@ -78,7 +81,8 @@ TEST_CASE("integers stay integers, and say so where the format can", "[io]") {
     const TemporaryFolder folder;
     const std::string name = GENERATE("a.vtu", "a.ply");
     MeshData data = rich();
-    data.cell_fields = {some("small", 1, data.soup.triangles.size(), true), some("large", 1, data.soup.triangles.size(), true)};
+    data.cell_fields = {some("small", 1, data.soup.triangles.size(), true),
+                        some("large", 1, data.soup.triangles.size(), true)};
     for (double& x : data.cell_fields[0].values) x = std::abs(x) / 2 - std::fmod(std::abs(x), 2) / 2;
     for (double& x : data.cell_fields[1].values) x = 1e6 * x + 1;
     write_mesh_data(folder / name, data, {.ascii = GENERATE(false, true)});
@@ -121,13 +125,15 @@ TEST_CASE("properties of PLY are words, and colours are bytes", "[io]") {
 
 TEST_CASE("a comment that promises more components than there are is only a comment", "[io]") {
     const TemporaryFolder folder;
-    const std::string comment = GENERATE("gradus field 3 v", "gradus field 0 v", "gradus field -1 v", "gradus field 99999999999999999999 v",
-                                         "gradus field 2", "gradus field 2 ");
+    const std::string comment = GENERATE("gradus field 3 v", "gradus field 0 v", "gradus field -1 v",
+                                         "gradus field 99999999999999999999 v", "gradus field 2", "gradus field 2 ");
     CAPTURE(comment);
-    support::spill(folder / "a.ply",
-                   "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\ncomment " + comment +
-                       "\nproperty float a\nproperty float b\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
-                       "0 0 0 1 2\n1 0 0 3 4\n0 1 0 5 6\n3 0 1 2\n");
+    support::spill(
+        folder / "a.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\ncomment " +
+            comment +
+            "\nproperty float a\nproperty float b\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+            "0 0 0 1 2\n1 0 0 3 4\n0 1 0 5 6\n3 0 1 2\n");
     const MeshData data = read_mesh_data(folder / "a.ply");
     REQUIRE(data.point_fields.size() == 2);
     CHECK(data.point_fields[1].name == "b");
@@ -137,7 +143,8 @@ TEST_CASE("a comment that promises more components than there are is only a comm
 TEST_CASE("formats that hold no fields, and fields that fit nothing, are refused", "[io]") {
     const TemporaryFolder folder;
     MeshData data = rich();
-    for (const char* name : {"a.mesh", "a.meshb", "a.obj", "a.off", "a.stl", "a.vtp", "a.sol", "a"}) CHECK_FALSE(holds_fields(name));
+    for (const char* name : {"a.mesh", "a.meshb", "a.obj", "a.off", "a.stl", "a.vtp", "a.sol", "a"})
+        CHECK_FALSE(holds_fields(name));
     CHECK_THROWS_AS(write_mesh_data(folder / "a.obj", data), IoError);
     CHECK_THROWS_AS(write_mesh_data(folder / "a.vtp", data), IoError);
     CHECK_FALSE(std::filesystem::exists(folder / "a.obj"));
@@ -157,9 +164,10 @@ TEST_CASE("formats that hold no fields, and fields that fit nothing, are refused
 
 TEST_CASE("solutions of any kinds of fields are read", "[io]") {
     const TemporaryFolder folder;
-    support::spill(folder / "flow.sol",
-                   "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n2\n4 1 2 3 4\n"
-                   "1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19\n-1 nan 0 0 0 0 0 0 0 inf 0 0 0 0 0 0 0 0 20\nEnd\n");
+    support::spill(
+        folder / "flow.sol",
+        "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n2\n4 1 2 3 4\n"
+        "1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19\n-1 nan 0 0 0 0 0 0 0 inf 0 0 0 0 0 0 0 0 20\nEnd\n");
     const std::vector<Field> fields = read_solution(folder / "flow.sol", 2);
     REQUIRE(fields.size() == 4);
     const int components[] = {1, 3, 6, 9};

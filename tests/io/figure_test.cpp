@@ -7,8 +7,9 @@ using namespace gradus;
 
 TEST_CASE("composed pictures are all there, unchanged and apart", "[io][property]") {
     const int columns = GENERATE(1, 2, 3);
-    const std::vector<Panel> panels{
-        {Image(60, 40, hex(0xff0000)), "raw"}, {Image(50, 30, hex(0x00ff00)), "graded"}, {Image(60, 40, hex(0x0000ff)), ""}};
+    const std::vector<Panel> panels{{Image(60, 40, hex(0xff0000)), "raw"},
+                                    {Image(50, 30, hex(0x00ff00)), "graded"},
+                                    {Image(60, 40, hex(0x0000ff)), ""}};
     const Image image = compose(panels, {.columns = columns, .gap = 10, .title = "both", .text_size = 9});
     for (const Panel& panel : panels) {
         const Colour wanted = panel.image.at(0, 0);

@@ -41,8 +41,8 @@ TEST_CASE("every value is counted once", "[io][property]") {
         const auto limits = histogram.limits_of(bin);
         // A value at a limit may fall to either side of it by rounding.
         const auto inside = [&](double slack) {
-            return static_cast<std::size_t>(
-                std::ranges::count_if(values, [&](double v) { return v >= limits[0] * (1 - slack) && v <= limits[1] * (1 + slack); }));
+            return static_cast<std::size_t>(std::ranges::count_if(
+                values, [&](double v) { return v >= limits[0] * (1 - slack) && v <= limits[1] * (1 + slack); }));
         };
         CHECK(histogram.counts[bin] <= inside(1e-12));
         CHECK(histogram.counts[bin] + 2 >= inside(-1e-12));
@@ -79,7 +79,8 @@ TEST_CASE("bars are as high as their shares", "[io]") {
     const std::string svg = histogram_svg(histogram, style);
     const std::regex height("<rect[^>]* height=\"([0-9.]+)\"");
     std::vector<double> heights;
-    for (std::sregex_iterator it(svg.begin(), svg.end(), height), end; it != end; ++it) heights.push_back(std::stod((*it)[1]));
+    for (std::sregex_iterator it(svg.begin(), svg.end(), height), end; it != end; ++it)
+        heights.push_back(std::stod((*it)[1]));
     REQUIRE(heights.size() == 2);
     CHECK(heights[1] / heights[0] == Approx(3).epsilon(0.001));
 }

@@ -53,7 +53,8 @@ TEST_CASE("10 000 damaged files are refused in a line or read soundly", "[io][pr
 
 TEST_CASE("headers that promise more than the file holds are refused before memory is taken", "[io]") {
     constexpr const char* kMany = "1000000000";
-    const std::string n(kMany), msh = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n", medit = "MeshVersionFormatted 2\nDimension 3\n";
+    const std::string n(kMany), msh = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n",
+                                medit = "MeshVersionFormatted 2\nDimension 3\n";
     std::string stl(80, ' '), meshb, msh_binary = "$MeshFormat\n4.1 1 8\n", sizes;
     support::put(stl, std::uint32_t{1000000000});
     for (const std::int32_t word : {1, 2, 4, 1 << 30, 1000000000}) support::put(meshb, word);
@@ -62,8 +63,8 @@ TEST_CASE("headers that promise more than the file holds are refused before memo
     msh_binary += "\n$EndMeshFormat\n$Nodes\n";
     for (const std::uint64_t word : {1, 1000000000, 1, 1000000000}) support::put(msh_binary, word);
     const auto vtu = [&](const std::string& points, const std::string& data) {
-        return "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"" + points + "\" NumberOfCells=\"" + n +
-               "\"><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" " + data +
+        return "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"" + points +
+               "\" NumberOfCells=\"" + n + "\"><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" " + data +
                "</DataArray></Points></Piece></UnstructuredGrid></VTKFile>\n";
     };
     std::string long_array;
@@ -76,7 +77,8 @@ TEST_CASE("headers that promise more than the file holds are refused before memo
                      "\nproperty float x\nproperty float y\nproperty float z\nelement face 0\n"
                      "property list uchar int vertex_indices\nend_header\n"},
         {".ply",
-         "ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n"
+         "ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float "
+         "z\n"
          "element face 1\nproperty list uint int vertex_indices\nend_header\n\xff\xff\xff\x7f"},
         {".stl", stl + std::string(50, '\0')},
         {".mesh", medit + "Vertices\n" + n + "\n0 0 0 0\n"},
@@ -113,20 +115,21 @@ TEST_CASE("small files that multiply their fields are refused before memory is t
     }
     for (int i = 0; i < 1000; ++i) {
         sections += "$NodeData\n1\n\"" + std::to_string(i) + "\"\n0\n3\n0\n9\n0\n$EndNodeData\n";
-        arrays +=
-            "<DataArray type=\"UInt8\" Name=\"" + std::to_string(i) + "\" NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/>";
+        arrays += "<DataArray type=\"UInt8\" Name=\"" + std::to_string(i) +
+                  "\" NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/>";
     }
     const std::string points = "0 0 0\n1 0 0\n0 1 0\n", end = "</Piece></UnstructuredGrid>";
     const auto vtu = [&](const std::string& num_points, const std::string& num_cells, const std::string& rest) {
-        return "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"" + num_points + "\" NumberOfCells=\"" +
-               num_cells + "\">" + rest;
+        return "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"" + num_points +
+               "\" NumberOfCells=\"" + num_cells + "\">" + rest;
     };
     std::string appended;
     support::put(appended, std::uint32_t{210000});
     appended += std::string(210000, 'x');
     const support::ValidFile files[] = {
         {".ply",
-         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face "
+         "1\n"
          "property list int int vertex_indices\n" +
              properties + "end_header\n" + points + std::to_string(kMany) + " " + corners + values},
         {".msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n" + std::to_string(kMany) + "\n" + nodes +
@@ -140,8 +143,10 @@ TEST_CASE("small files that multiply their fields are refused before memory is t
                          "<CellData><DataArray type=\"UInt8\" Name=\"c\" NumberOfComponents=\"2000\">" +
                          values + "</DataArray></CellData>" + end + "</VTKFile>")},
         {".vtu", vtu("70000", "0",
-                     "<Points><DataArray type=\"UInt8\" NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/></Points><PointData>" +
-                         arrays + "</PointData>" + end + "<AppendedData encoding=\"raw\">_" + appended + "</AppendedData></VTKFile>")},
+                     "<Points><DataArray type=\"UInt8\" NumberOfComponents=\"3\" format=\"appended\" "
+                     "offset=\"0\"/></Points><PointData>" +
+                         arrays + "</PointData>" + end + "<AppendedData encoding=\"raw\">_" + appended +
+                         "</AppendedData></VTKFile>")},
     };
     const TemporaryFolder folder;
     const support::MemoryLimit limit(kMostMemory);

@@ -18,9 +18,12 @@ bool balanced(const std::string& page) {
     for (std::sregex_iterator it(page.begin(), page.end(), tag), end; it != end; ++it) {
         const std::string name = (*it)[2];
         if (empty.contains(name) || (*it)[3] == "/") continue;
-        if ((*it)[1].length() == 0) open.push_back(name);
-        else if (open.empty() || open.back() != name) return false;
-        else open.pop_back();
+        if ((*it)[1].length() == 0)
+            open.push_back(name);
+        else if (open.empty() || open.back() != name)
+            return false;
+        else
+            open.pop_back();
     }
     return open.empty();
 }
@@ -30,7 +33,9 @@ HtmlReport full_report(const std::string& text) {
     report.text(text);
     report.section(text);
     report.table({text, "b"}, {{text, text}, {text}}, text);
-    report.checks(std::vector<HtmlReport::Check>{{text, text, text, true, 0.5}, {text, text, text, false, 7.0}, {text, text}}, text);
+    report.checks(
+        std::vector<HtmlReport::Check>{{text, text, text, true, 0.5}, {text, text, text, false, 7.0}, {text, text}},
+        text);
     report.section(text);
     const HistogramData histogram = count_values(std::vector<double>{1, 2, 2, 3}, 3);
     report.histogram(histogram, {.title = text, .x_label = text});
@@ -66,8 +71,13 @@ TEST_CASE("a report is well formed and needs nothing from elsewhere", "[io]") {
 
 TEST_CASE("pictures are embedded in base64", "[io][exact]") {
     // The test vectors of RFC 4648, section 10.
-    const auto [bytes, text] = GENERATE(table<std::string, std::string>(
-        {{"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"fooba", "Zm9vYmE="}, {"foobar", "Zm9vYmFy"}}));
+    const auto [bytes, text] = GENERATE(table<std::string, std::string>({{"", ""},
+                                                                         {"f", "Zg=="},
+                                                                         {"fo", "Zm8="},
+                                                                         {"foo", "Zm9v"},
+                                                                         {"foob", "Zm9vYg=="},
+                                                                         {"fooba", "Zm9vYmE="},
+                                                                         {"foobar", "Zm9vYmFy"}}));
     HtmlReport report("t");
     report.picture("c", std::string_view(bytes));
     CHECK(contains(report.html(), "src=\"data:image/png;base64," + text + "\">"));

@@ -29,8 +29,10 @@ TriangleSoup dumped(const std::string& path) {
     const std::vector<double> points = numbers_in<double>(path + ".points");
     const std::vector<int> triangles = numbers_in<int>(path + ".triangles");
     TriangleSoup soup;
-    for (std::size_t i = 0; i + 2 < points.size(); i += 3) soup.points.push_back({points[i], points[i + 1], points[i + 2]});
-    for (std::size_t i = 0; i + 2 < triangles.size(); i += 3) soup.triangles.push_back({triangles[i], triangles[i + 1], triangles[i + 2]});
+    for (std::size_t i = 0; i + 2 < points.size(); i += 3)
+        soup.points.push_back({points[i], points[i + 1], points[i + 2]});
+    for (std::size_t i = 0; i + 2 < triangles.size(); i += 3)
+        soup.triangles.push_back({triangles[i], triangles[i + 1], triangles[i + 2]});
     return soup;
 }
 
@@ -39,7 +41,8 @@ double largest_difference(const TriangleSoup& a, const TriangleSoup& b) {
     double largest = 0;
     for (std::size_t t = 0; t < a.triangles.size(); ++t)
         for (int k = 0; k < 3; ++k)
-            largest = std::max(largest, (a.points[a.triangles[t][k]] - b.points[b.triangles[t][k]]).cwiseAbs().maxCoeff());
+            largest =
+                std::max(largest, (a.points[a.triangles[t][k]] - b.points[b.triangles[t][k]]).cwiseAbs().maxCoeff());
     return largest;
 }
 
@@ -54,7 +57,8 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     }
     const support::TemporaryFolder folder;
     TriangleSoup soup = support::grid(7);
-    for (std::size_t t = 0; t < soup.triangles.size(); ++t) soup.labels.push_back(static_cast<int>(t * 3 / soup.triangles.size()) + 4);
+    for (std::size_t t = 0; t < soup.triangles.size(); ++t)
+        soup.labels.push_back(static_cast<int>(t * 3 / soup.triangles.size()) + 4);
     soup.edges = {{0, 1}, {1, 2}};
     soup.corners = {0, 7};
     soup.parameters = {{0, {0, {0, 0}}}, {7, {0, {1, 0}}}, {7, {1, {0, 0.1}}}};
@@ -62,7 +66,8 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
         write_mesh(folder / name, soup);
     write_mesh(folder / "ours.plain.vtu", soup);
     write_mesh(folder / "ours.unlabelled.msh", {soup.points, soup.triangles});
-    write_size_view(folder / "ours.size.msh", {soup.points, soup.triangles}, std::vector<double>(soup.points.size(), 0.25));
+    write_size_view(folder / "ours.size.msh", {soup.points, soup.triangles},
+                    std::vector<double>(soup.points.size(), 0.25));
     write_mesh(folder / "ours.text.ply", soup, {.ascii = true});
     write_mesh(folder / "ours.text.stl", soup, {.ascii = true});
     std::vector<double> size, gradient, quality;
@@ -72,7 +77,8 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     }
     size[3] = std::numeric_limits<double>::infinity();
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) quality.push_back(1.0 / (1.0 + static_cast<double>(t)));
-    write_vtu(folder / "ours.vtu", soup.points, soup.triangles, {{"size", 1, size}, {"grad<h>", 3, gradient}}, {{"quality", 1, quality}});
+    write_vtu(folder / "ours.vtu", soup.points, soup.triangles, {{"size", 1, size}, {"grad<h>", 3, gradient}},
+              {{"quality", 1, quality}});
 
     MeshData rich{soup, {{"grad", 3, gradient}, {"size", 1, size}}, {{"quality", 1, quality}}};
     write_mesh_data(folder / "ours.rich.msh", rich);
@@ -89,15 +95,16 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     REQUIRE(status == 0);
 
     constexpr double kSingle = 1e-7;
-    for (const char* name : {"ours.mesh", "ours.meshb", "ours.obj", "ours.off", "ours.ply", "ours.text.ply", "ours.vtu", "ours.plain.vtu",
-                             "ours.msh", "ours.unlabelled.msh", "ours.size.msh"}) {
+    for (const char* name : {"ours.mesh", "ours.meshb", "ours.obj", "ours.off", "ours.ply", "ours.text.ply", "ours.vtu",
+                             "ours.plain.vtu", "ours.msh", "ours.unlabelled.msh", "ours.size.msh"}) {
         INFO(name);
         const TriangleSoup back = dumped(folder / name);
         CHECK(back.points == soup.points);
         CHECK(back.triangles == soup.triangles);
     }
     CHECK(numbers_in<int>(folder / "ours.msh.labels") == soup.labels);
-    for (const char* name : {"ours.msh.lines", "ours.plain.vtu.lines"}) CHECK(numbers_in<int>(folder / name) == std::vector{0, 1, 1, 2});
+    for (const char* name : {"ours.msh.lines", "ours.plain.vtu.lines"})
+        CHECK(numbers_in<int>(folder / name) == std::vector{0, 1, 1, 2});
     CHECK(numbers_in<double>(folder / "ours.size.msh.field.size") == std::vector<double>(soup.points.size(), 0.25));
     for (const char* name : {"ours.stl", "ours.text.stl"}) {
         INFO(name);
@@ -113,7 +120,8 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     CHECK(numbers_in<double>(folder / "ours.vtu.field.grad<h>") == gradient);
     CHECK(numbers_in<double>(folder / "ours.vtu.field.quality") == quality);
 
-    for (const char* name : {"theirs.mesh", "theirs.meshb", "theirs.obj", "theirs.off", "theirs-text.ply", "theirs.ply"}) {
+    for (const char* name :
+         {"theirs.mesh", "theirs.meshb", "theirs.obj", "theirs.off", "theirs-text.ply", "theirs.ply"}) {
         INFO(name);
         const TriangleSoup theirs = read_mesh(folder / name);
         CHECK(theirs.triangles == soup.triangles);
@@ -136,8 +144,8 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
             if (f.name == called) return f.values;
         return std::vector<double>{};
     };
-    for (const char* name :
-         {"theirs22a.msh", "theirs22b.msh", "theirs41a.msh", "theirs41b.msh", "theirs-text.vtu", "theirs-plain.vtu", "theirs-zlib.vtu"}) {
+    for (const char* name : {"theirs22a.msh", "theirs22b.msh", "theirs41a.msh", "theirs41b.msh", "theirs-text.vtu",
+                             "theirs-plain.vtu", "theirs-zlib.vtu"}) {
         INFO(name);
         const MeshData theirs = read_mesh_data(folder / name);
         const bool rounded = std::string(name) == "theirs-text.vtu";  // to 12 digits
@@ -162,7 +170,8 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
         INFO(name);
         const MeshData theirs = read_mesh_data(folder / name);
         CHECK(theirs.soup.points.size() == soup.points.size() - 3);  // without the middles of sides
-        CHECK(theirs.soup.triangles == std::vector<Triangle>{{0, 1, 9}, {0, 9, 8}, {1, 2, 10}, {1, 10, 9}, {16, 17, 21}});
+        CHECK(theirs.soup.triangles ==
+              std::vector<Triangle>{{0, 1, 9}, {0, 9, 8}, {1, 2, 10}, {1, 10, 9}, {16, 17, 21}});
         CHECK(field(theirs.cell_fields, "q") == std::vector{5.0, 5.0, 6.0, 6.0, 7.0});
     }
 }

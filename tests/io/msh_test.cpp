@@ -29,7 +29,8 @@ MeshData read_text(const TemporaryFolder& folder, std::string_view text) {
 TriangleSoup ordered_by_label(const TriangleSoup& soup) {
     std::vector<std::size_t> order(soup.triangles.size());
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return soup.labels[a] < soup.labels[b]; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return soup.labels[a] < soup.labels[b]; });
     TriangleSoup result = soup;
     for (std::size_t i = 0; i < order.size(); ++i) {
         result.triangles[i] = soup.triangles[order[i]];
@@ -89,10 +90,12 @@ constexpr const char* kHead2 = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n";
 constexpr const char* kHead4 = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
 constexpr const char* kNodes2 =
     "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n";  // 10 lines
+// 13 lines
 constexpr const char* kNodes4 =
-    "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 3 1 3\n2 1 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n$EndNodes\n";  // 13 lines
+    "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 3 1 3\n2 1 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n$EndNodes\n";
 constexpr const char* kMesh2 =
-    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 1 1 0\n$EndNodes\n$Elements\n1\n1 2 0 1 2 3\n$EndElements\n";  // 13
+    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 1 1 0\n$EndNodes\n$Elements\n1\n1 2 0 1 2 "
+    "3\n$EndElements\n";  // 13
 
 }  // namespace
 
@@ -100,9 +103,11 @@ TEST_CASE("Gmsh's elements of second order give their corners", "[io][msh]") {
     const TemporaryFolder folder;
     const MeshData data = read_text(
         folder, std::string(kHead2) +
-                    "$PhysicalNames\n1\n2 5 \"a name\"\n$EndPhysicalNames\n$Nodes\n12\n1 0 0 0\n9 .5 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n"
+                    "$PhysicalNames\n1\n2 5 \"a name\"\n$EndPhysicalNames\n$Nodes\n12\n1 0 0 0\n9 .5 0 0\n2 1 0 0\n3 1 "
+                    "1 0\n4 0 1 0\n"
                     "5 1 .5 0\n6 .5 .5 0\n7 .5 1 0\n8 0 .5 0\n10 2 0 0\n11 7 7 7\n12 .2 .2 0\n$EndNodes\n$Elements\n5\n"
-                    "1 15 2 0 1 11\n2 8 2 0 1 1 2 9\n3 9 3 0 4 0 1 2 3 9 5 6\n4 16 2 0 4 1 2 3 4 9 5 7 8\n5 10 2 0 4 1 2 3 4 9 5 7 8 12\n"
+                    "1 15 2 0 1 11\n2 8 2 0 1 1 2 9\n3 9 3 0 4 0 1 2 3 9 5 6\n4 16 2 0 4 1 2 3 4 9 5 7 8\n5 10 2 0 4 1 "
+                    "2 3 4 9 5 7 8 12\n"
                     "$EndElements\n$NodeData\n1\n\"x\"\n0\n3\n0\n1\n3\n1 1\n4 4\n11 11\n$EndNodeData\n");
     REQUIRE(data.soup.points.size() == 6);  // corners, a node of its own, and one that nothing uses
     CHECK(data.soup.points[1] == Eigen::Vector3d(1, 0, 0));
@@ -160,10 +165,11 @@ TEST_CASE("malformed Gmsh texts are refused with the path and the line", "[io][m
         {kHead2, "$Nodes\n2\n1 0 0 0\n2 0 nan 0\n$EndNodes\n", 7, "not finite"},
         {kHead2, "$Nodes\n2\n1 0 0 0\n2 0 x 0\n$EndNodes\n", 7, "'x'"},
         {kHead2, "$Nodes\n2\n1 0 0 0\n1 0 1 0\n$EndNodes\n", 4, "node 1 comes twice"},
-        {kHead2, "$Nodes\n2\n2147483648 0 0 0\n9223372036854775807 0 1 0\n$EndNodes\n$Elements\n1\n1 2 0 1 2 3\n$EndElements\n", 11,
-         "node 1 is not among"},
-        {kHead2, "$Nodes\n2\n9223372036854775807 0 0 0\n1 0 1 0\n$EndNodes\n$Elements\n1\n1 2 0 1 2 3\n$EndElements\n", 11,
-         "node 2 is not among"},
+        {kHead2,
+         "$Nodes\n2\n2147483648 0 0 0\n9223372036854775807 0 1 0\n$EndNodes\n$Elements\n1\n1 2 0 1 2 3\n$EndElements\n",
+         11, "node 1 is not among"},
+        {kHead2, "$Nodes\n2\n9223372036854775807 0 0 0\n1 0 1 0\n$EndNodes\n$Elements\n1\n1 2 0 1 2 3\n$EndElements\n",
+         11, "node 2 is not among"},
         {kHead2, "$Nodes\n1\n-1 0 0 0\n$EndNodes\n", 6, "negative"},
         {kHead2, "$Nodes\n1000000000\n1 0 0 0\n$EndNodes\n", 5, "more than the rest"},
         {kHead2, "$Nodes\n1\n1 0 0 0\n2 0 0 0\n$EndNodes\n", 7, "$EndNodes, found '2'"},
@@ -180,7 +186,8 @@ TEST_CASE("malformed Gmsh texts are refused with the path and the line", "[io][m
         {kNodes2, "$Elements\n900000000\n1 2 0 1 2 3\n$EndElements\n", 12, "more than the rest"},
         {kNodes4, "$Elements\n1 1 1 1\n2 1 2 1\n1 1 2 4\n$EndElements\n", 17, "node 4 is not"},
         {kNodes4, "$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 1\n$EndElements\n", 16, "holds tetrahedra"},
-        {kNodes4, "$Elements\n1 2 1 2\n2 1 2 1\n1 1 2 3\n$EndElements\n", 15, "2 elements are announced, but the blocks hold 1"},
+        {kNodes4, "$Elements\n1 2 1 2\n2 1 2 1\n1 1 2 3\n$EndElements\n", 15,
+         "2 elements are announced, but the blocks hold 1"},
         {kNodes4, "$Elements\n1 1 1 1\n2 1 2 1000000000\n1 1 2 3\n$EndElements\n", 16, "more than the rest"},
         {kNodes4, "$Elements\n2 1 1 1\n2 1 2 1\n1 1 2 3\n$EndElements\n", 18, "found '$EndElements'"},
         {kHead4, "$Nodes\n1 3 1 3\n2 1 0 1\n1\n0 0 0\n$EndNodes\n", 5, "3 nodes are announced, but the blocks hold 1"},
@@ -204,7 +211,8 @@ TEST_CASE("malformed binary Gmsh files are refused with the path and the byte", 
     const int version = GENERATE(2, 4);
     const std::string valid = binary_msh(version, false);
     const auto check = [&](const std::string& contents, const char* says) {
-        support::check_refused(folder / "a.msh", contents, 0, says, [](const std::string& path) { read_mesh_data(path); });
+        support::check_refused(folder / "a.msh", contents, 0, says,
+                               [](const std::string& path) { read_mesh_data(path); });
     };
     std::string spoilt = valid;
     spoilt[valid.find(" 1 8\n") + 5] = 3;

@@ -18,7 +18,8 @@ class TemporaryFile {
   public:
     explicit TemporaryFile(const std::string& text = {}) {
         static std::mt19937 random(std::random_device{}());
-        path_ = (std::filesystem::temp_directory_path() / ("gradus_patches_" + std::to_string(random()) + ".bpt")).string();
+        path_ =
+            (std::filesystem::temp_directory_path() / ("gradus_patches_" + std::to_string(random()) + ".bpt")).string();
         std::ofstream(path_, std::ios::binary) << text;
     }
     ~TemporaryFile() { std::remove(path_.c_str()); }
@@ -79,8 +80,8 @@ TEST_CASE("Patches written are read back to the bit", "[io][property]") {
 }
 
 TEST_CASE("The usual layouts are told apart", "[io][exact]") {
-    const PatchFile mixed =
-        read_text("# a\n#b\r\n\n2 # count\r\n" + plane + "2 1\n0, 0, 0, 1\n1 0 0 .5\n2 0 0 1\n0 1 0 +1\n1 1 0 5e-1\n2 1 0 1");
+    const PatchFile mixed = read_text("# a\n#b\r\n\n2 # count\r\n" + plane +
+                                      "2 1\n0, 0, 0, 1\n1 0 0 .5\n2 0 0 1\n0 1 0 +1\n1 1 0 5e-1\n2 1 0 1");
     CHECK(mixed.origin == "a\nb\ncount");
     REQUIRE(mixed.nets.size() == 2);
     CHECK(mixed.nets[0].degree_u == 1);
@@ -143,7 +144,8 @@ TEST_CASE("Malformed patch files are refused with their line", "[io]") {
 
 TEST_CASE("Missing files and unwritable places are IoErrors", "[io]") {
     CHECK_THROWS_AS(read_patches("/no/such/file.bpt"), IoError);
-    CHECK_THROWS_WITH(read_patches("/no/such/file.bpt"), "/no/such/file.bpt: cannot be opened: No such file or directory");
+    CHECK_THROWS_WITH(read_patches("/no/such/file.bpt"),
+                      "/no/such/file.bpt: cannot be opened: No such file or directory");
     CHECK_THROWS_AS(write_patches("/no/such/folder/file.bpt", {}), IoError);
     CHECK_THROWS_AS(read_patches(std::filesystem::temp_directory_path().string()), IoError);
 }

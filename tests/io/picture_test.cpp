@@ -22,8 +22,13 @@ const Camera from_above{.direction = {0, 0, 1}, .up = {0, 1, 0}, .margin = 0};
 
 /// Black surfaces on white, no lines, no light.
 RenderOptions silhouette(int width, int height) {
-    return {
-        .width = width, .height = height, .fill = black, .back_fill = black, .shading = Shading::None, .edge_width = 0, .outline_width = 0};
+    return {.width = width,
+            .height = height,
+            .fill = black,
+            .back_fill = black,
+            .shading = Shading::None,
+            .edge_width = 0,
+            .outline_width = 0};
 }
 
 /// Part of the picture that is dark, in [0, 1].
@@ -68,7 +73,9 @@ Mesh sphere(int n) {
             const double theta = std::numbers::pi * i / n, phi = std::numbers::pi * j / n;
             mesh.points.emplace_back(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
         }
-    const auto at = [n](int i, int j) { return i == 0 ? 0 : i == n ? 1 + 2 * n * (n - 1) : 1 + 2 * n * (i - 1) + j % (2 * n); };
+    const auto at = [n](int i, int j) {
+        return i == 0 ? 0 : i == n ? 1 + 2 * n * (n - 1) : 1 + 2 * n * (i - 1) + j % (2 * n);
+    };
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < 2 * n; ++j) {
             if (i + 1 < n) mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
@@ -116,15 +123,18 @@ TEST_CASE("what is hidden leaves no trace", "[io][exact]") {
     // A smaller square with features below the first, and the first again with features of its own below everything.
     Mesh both = square;
     for (const double z : {-0.5, -1.0})
-        for (const Eigen::Vector3d& p : square.points) both.points.emplace_back(0.25 + 0.5 * p.x(), 0.25 + 0.5 * p.y(), z);
+        for (const Eigen::Vector3d& p : square.points)
+            both.points.emplace_back(0.25 + 0.5 * p.x(), 0.25 + 0.5 * p.y(), z);
     both.triangles = {{4, 5, 6}, {0, 1, 2}, {8, 10, 9}, {0, 2, 3}, {4, 6, 7}};
     const std::vector<std::array<int, 2>> hidden{{4, 6}, {8, 9}};
     const Camera camera{.direction = {0, 0, 1}, .up = {0, 1, 0}, .target = Eigen::Vector3d(0.5, 0.5, 0), .width = 1.2};
     const RenderOptions options{.width = 200, .height = 200, .outline_width = 0};
     const Image alone = render(square.view(), camera, options);
-    CHECK(render({.points = both.points, .triangles = both.triangles, .features = hidden}, camera, options).rgb == alone.rgb);
+    CHECK(render({.points = both.points, .triangles = both.triangles, .features = hidden}, camera, options).rgb ==
+          alone.rgb);
     const std::vector<std::array<int, 2>> shown{{0, 1}};
-    CHECK(render({.points = both.points, .triangles = both.triangles, .features = shown}, camera, options).rgb != alone.rgb);
+    CHECK(render({.points = both.points, .triangles = both.triangles, .features = shown}, camera, options).rgb !=
+          alone.rgb);
 }
 
 TEST_CASE("edges keep their width however far the picture is enlarged", "[io][exact]") {
@@ -140,10 +150,13 @@ TEST_CASE("edges keep their width however far the picture is enlarged", "[io][ex
     CHECK(darkness(render(square.view(), camera, options)) * 200 * 200 == Approx(length * width).epsilon(0.03));
 
     const std::vector<std::uint8_t> no_diagonal{0b011, 0b110};
-    CHECK(darkness(render({.points = square.points, .triangles = square.triangles, .shown_edges = no_diagonal}, camera, options)) == 0);
+    CHECK(darkness(render({.points = square.points, .triangles = square.triangles, .shown_edges = no_diagonal}, camera,
+                          options)) == 0);
     options.edge_width = 0, options.feature = black, options.feature_width = width;
     const std::vector<std::array<int, 2>> diagonal{{2, 0}};
-    CHECK(darkness(render({.points = square.points, .triangles = square.triangles, .features = diagonal}, camera, options)) * 200 * 200 ==
+    CHECK(darkness(
+              render({.points = square.points, .triangles = square.triangles, .features = diagonal}, camera, options)) *
+              200 * 200 ==
           Approx(length * width).epsilon(0.03));
 }
 
@@ -204,7 +217,8 @@ TEST_CASE("a field shows the colour of its value where pixel_of says", "[io][exa
     const Image image = render(view, camera, options);
     for (const double y : {0.1, 0.3, 0.5, 0.7, 0.9}) {
         const Eigen::Vector2d pixel = pixel_of({0.45, y, 0}, view, camera, options);
-        const Colour seen = image.at(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())), wanted = colour_at(map, y);
+        const Colour seen = image.at(static_cast<int>(pixel.x()), static_cast<int>(pixel.y())),
+                     wanted = colour_at(map, y);
         CHECK(std::abs(seen.r - wanted.r) + std::abs(seen.g - wanted.g) + std::abs(seen.b - wanted.b) < 0.04);
     }
 }
@@ -225,7 +239,8 @@ TEST_CASE("light falls on the surface, not on its orientation", "[io]") {
     for (Triangle& t : turned.triangles) std::swap(t[1], t[2]);
     RenderOptions options{.width = 120, .height = 120, .edge_width = 0};
     options.back_fill = options.fill, options.back_shadow = options.shadow;
-    const Image front = render(sphere(30).view(), from_above, options), back = render(turned.view(), from_above, options);
+    const Image front = render(sphere(30).view(), from_above, options),
+                back = render(turned.view(), from_above, options);
     int different = 0;
     for (std::size_t i = 0; i < front.rgb.size(); ++i) different += std::abs(front.rgb[i] - back.rgb[i]) > 2;
     CHECK(different == 0);
@@ -238,11 +253,13 @@ TEST_CASE("light falls on the surface, not on its orientation", "[io]") {
 TEST_CASE("the target is in the middle and up is up", "[io][exact]") {
     const Mesh mesh = sphere(20);
     const CameraProjection projection = GENERATE(CameraProjection::Orthographic, CameraProjection::Perspective);
-    const Camera camera{.direction = {1, 2, 0.5}, .projection = projection, .target = Eigen::Vector3d(0.3, -0.2, 0.4), .width = 0.1};
+    const Camera camera{
+        .direction = {1, 2, 0.5}, .projection = projection, .target = Eigen::Vector3d(0.3, -0.2, 0.4), .width = 0.1};
     const RenderOptions options{.width = 400, .height = 300};
     CHECK((pixel_of(*camera.target, mesh.view(), camera, options) - Eigen::Vector2d(200, 150)).norm() < 1e-9);
     const Eigen::Vector3d right = camera.up.cross(camera.direction).normalized();
-    CHECK((pixel_of(*camera.target + 0.05 * right, mesh.view(), camera, options) - Eigen::Vector2d(400, 150)).norm() < 1e-9);
+    CHECK((pixel_of(*camera.target + 0.05 * right, mesh.view(), camera, options) - Eigen::Vector2d(400, 150)).norm() <
+          1e-9);
     CHECK(pixel_of(*camera.target + Eigen::Vector3d(0, 0, 0.01), mesh.view(), camera, options).y() < 150);
     // Looking along up is no trouble.
     CHECK(darkness(render(mesh.view(), {.direction = {0, 0, -2}}, silhouette(100, 100))) ==

@@ -18,7 +18,8 @@ TEST_CASE("a report in JSON has its keys in order, null where nothing was measur
     const auto json = nlohmann::ordered_json::parse(to_json(report));
     std::vector<std::string> keys;
     for (const auto& [key, value] : json.items()) keys.push_back(key);
-    CHECK(keys == std::vector<std::string>{"topology", "shape", "edges", "offenders", "gradation", "distance", "normals", "reference", "stages"});
+    CHECK(keys == std::vector<std::string>{"topology", "shape", "edges", "offenders", "gradation", "distance",
+                                           "normals", "reference", "stages"});
     CHECK(json["edges"].is_null());
     CHECK(json["distance"].is_null());
     CHECK(json["topology"]["triangles"] == 2);

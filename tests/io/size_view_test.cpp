@@ -18,7 +18,8 @@ TEST_CASE("a view of sizes for Gmsh holds them, as triangles or on the mesh", "[
     const std::vector<double> sizes{0.1, 2, std::numeric_limits<double>::infinity(), 1e-5};
     write_size_view(folder / "a.pos", soup, sizes);
     CHECK(read_file(folder / "a.pos") ==
-          "View \"size\" {\nST(0,0,0,1,0,0,0,0.1,1e-300){0.1,2,1e+22};\nST(1,0,0,1,1,0,0,0.1,1e-300){2,1e-05,1e+22};\n};\n");
+          "View \"size\" "
+          "{\nST(0,0,0,1,0,0,0,0.1,1e-300){0.1,2,1e+22};\nST(1,0,0,1,1,0,0,0.1,1e-300){2,1e-05,1e+22};\n};\n");
     write_size_view(folder / "a.msh", soup, sizes);
     const MeshData data = read_mesh_data(folder / "a.msh");
     CHECK(data.soup.points == soup.points);
@@ -30,7 +31,8 @@ TEST_CASE("a view of sizes for Gmsh holds them, as triangles or on the mesh", "[
     CHECK_THROWS_AS(write_size_view(folder / "a.sol", soup, sizes), IoError);
     CHECK_THROWS_AS(write_size_view(folder / "a.pos", soup, std::vector{1.0}), std::invalid_argument);
     CHECK_THROWS_AS(write_size_view(folder / "a.pos", soup, std::vector{1.0, 1.0, 0.0, 1.0}), std::invalid_argument);
-    CHECK_THROWS_AS(write_size_view(folder / "a.pos", soup, std::vector{1.0, 1.0, std::nan(""), 1.0}), std::invalid_argument);
+    CHECK_THROWS_AS(write_size_view(folder / "a.pos", soup, std::vector{1.0, 1.0, std::nan(""), 1.0}),
+                    std::invalid_argument);
     CHECK_THROWS_AS(write_size_view(folder / "a.pos", {soup.points, {{0, 1, 4}}}, sizes), std::invalid_argument);
 }
 
@@ -40,7 +42,8 @@ TEST_CASE("a coloured PLY holds the values and their colours", "[io]") {
     std::vector<double> values;
     for (std::size_t i = 0; i < soup.points.size(); ++i) values.push_back(std::exp(0.1 * static_cast<double>(i)));
     values[7] = -1;  // not on a logarithmic scale
-    write_coloured_ply(folder / "a.ply", soup.points, soup.triangles, values, {.name = "h", .scale = Scale::Logarithmic});
+    write_coloured_ply(folder / "a.ply", soup.points, soup.triangles, values,
+                       {.name = "h", .scale = Scale::Logarithmic});
     const MeshData data = read_mesh_data(folder / "a.ply");
     CHECK(support::same_points(data.soup, soup));
     CHECK(data.soup.triangles == soup.triangles);

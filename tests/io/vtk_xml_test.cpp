@@ -31,7 +31,8 @@ TEST_CASE("VTK files in all encodings are read, with their fields", "[io][vtk]")
     const bool big = GENERATE(false, true), wide = GENERATE(false, true), compressed = GENERATE(false, true);
     CAPTURE(format, big, wide, compressed);
     const MeshData data = read_text(folder, "a.vtu", two_pieces(Writer(format, big, wide, compressed)));
-    CHECK(data.soup.triangles == std::vector<Triangle>{{3, 2, 4}, {0, 1, 2}, {0, 2, 3}, {5, 6, 7}, {5, 7, 8}, {5, 8, 9}});
+    CHECK(data.soup.triangles ==
+          std::vector<Triangle>{{3, 2, 4}, {0, 1, 2}, {0, 2, 3}, {5, 6, 7}, {5, 7, 8}, {5, 8, 9}});
     CHECK(data.soup.edges == std::vector<std::array<int, 2>>{{0, 1}});
     CHECK(data.soup.labels == std::vector{3, -4, -4, 8, 8, 8});
     REQUIRE(data.soup.points.size() == 10);
@@ -54,10 +55,11 @@ TEST_CASE("a header in base64 on its own, as some write it without compression, 
     std::string head, points;
     put(head, std::uint32_t{24});
     for (const double x : {1.5, 2.5, 3.5}) put(points, x);
-    const MeshData data = read_text(folder, "a.vtp",
-                                    "<VTKFile type=\"PolyData\" byte_order=\"LittleEndian\"><PolyData><Piece NumberOfPoints=\"1\"><Points>"
-                                    "<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"binary\">" +
-                                        base64(head) + base64(points) + "</DataArray></Points></Piece></PolyData></VTKFile>");
+    const MeshData data = read_text(
+        folder, "a.vtp",
+        "<VTKFile type=\"PolyData\" byte_order=\"LittleEndian\"><PolyData><Piece NumberOfPoints=\"1\"><Points>"
+        "<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"binary\">" +
+            base64(head) + base64(points) + "</DataArray></Points></Piece></PolyData></VTKFile>");
     REQUIRE(data.soup.points.size() == 1);
     CHECK(data.soup.points[0] == Eigen::Vector3d(1.5, 2.5, 3.5));
 }
@@ -65,12 +67,15 @@ TEST_CASE("a header in base64 on its own, as some write it without compression, 
 TEST_CASE("VTK's kinds of cells in text become triangles and edges", "[io][vtk]") {
     const TemporaryFolder folder;
     const std::string key =
-        "<InformationKey name=\"RANGE\" location=\"vtkDataArray\" length=\"2\"><Value index=\"0\">\n1\n</Value></InformationKey>\n";
+        "<InformationKey name=\"RANGE\" location=\"vtkDataArray\" length=\"2\"><Value "
+        "index=\"0\">\n1\n</Value></InformationKey>\n";
     const MeshData data = read_text(
         folder, "a.vtu",
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n"
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" "
+        "byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n"
         "<FieldData><DataArray type=\"Float64\" Name=\"TimeValue\" format=\"ascii\">0</DataArray></FieldData>\n"
-        "<Piece NumberOfPoints=\"9\" NumberOfCells=\"9\">\n<PointData><DataArray type=\"String\" Name=\"s\" format=\"ascii\">1 "
+        "<Piece NumberOfPoints=\"9\" NumberOfCells=\"9\">\n<PointData><DataArray type=\"String\" Name=\"s\" "
+        "format=\"ascii\">1 "
         "2</DataArray>"
         "<DataArray type=\"Float32\" Name=\"v\" format=\"ascii\">" +
             key + "0 1 2 3 4 5 nan -inf 8" + key +
@@ -102,18 +107,21 @@ TEST_CASE("VTK's kinds of cells in text become triangles and edges", "[io][vtk]"
 TEST_CASE("VTK polygons are read, cells in the order of VTK", "[io][vtk]") {
     const TemporaryFolder folder;
     const auto cells = [](const char* name, const char* connectivity, const char* offsets) {
-        return std::string("<") + name + "><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">" + connectivity +
-               "</DataArray><DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">" + offsets + "</DataArray></" + name + ">\n";
+        return std::string("<") + name + "><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">" +
+               connectivity + "</DataArray><DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">" + offsets +
+               "</DataArray></" + name + ">\n";
     };
-    const MeshData data = read_text(
-        folder, "a.vtp",
-        "<VTKFile type=\"PolyData\" byte_order=\"LittleEndian\"><PolyData><Piece NumberOfPoints=\"4\" NumberOfVerts=\"1\" "
-        "NumberOfLines=\"1\" "
-        "NumberOfStrips=\"1\" NumberOfPolys=\"1\">\n"
-        "<CellData><DataArray type=\"Int32\" Name=\"c\" format=\"ascii\">10 20 30 40</DataArray></CellData>\n"
-        "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 1 1 0 0 1 0</DataArray></Points>\n" +
-            cells("Verts", "0 1", "2") + cells("Lines", "0 1 2", "3") + cells("Strips", "0 1 3", "3") + cells("Polys", "0 1 2 3", "4") +
-            "</Piece></PolyData></VTKFile>\n");
+    const MeshData data =
+        read_text(folder, "a.vtp",
+                  "<VTKFile type=\"PolyData\" byte_order=\"LittleEndian\"><PolyData><Piece NumberOfPoints=\"4\" "
+                  "NumberOfVerts=\"1\" "
+                  "NumberOfLines=\"1\" "
+                  "NumberOfStrips=\"1\" NumberOfPolys=\"1\">\n"
+                  "<CellData><DataArray type=\"Int32\" Name=\"c\" format=\"ascii\">10 20 30 40</DataArray></CellData>\n"
+                  "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 1 1 0 0 1 "
+                  "0</DataArray></Points>\n" +
+                      cells("Verts", "0 1", "2") + cells("Lines", "0 1 2", "3") + cells("Strips", "0 1 3", "3") +
+                      cells("Polys", "0 1 2 3", "4") + "</Piece></PolyData></VTKFile>\n");
     CHECK(data.soup.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 3}});
     CHECK(data.soup.edges == std::vector<std::array<int, 2>>{{0, 1}, {1, 2}});
     REQUIRE(data.cell_fields.size() == 1);
@@ -151,7 +159,8 @@ std::string one_triangle(const std::string& part = "", const std::string& by = "
         "0\n</DataArray>\n</Points>\n"
         "<Cells>\n<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray>\n"
         "<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">3</DataArray>\n"
-        "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">5</DataArray>\n</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+        "<DataArray type=\"UInt8\" Name=\"types\" "
+        "format=\"ascii\">5</DataArray>\n</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
     if (!part.empty()) {
         REQUIRE(text.find(part) != std::string::npos);
         text.replace(text.find(part), part.size(), by);
@@ -190,8 +199,10 @@ TEST_CASE("malformed VTK files are refused with the path and the line", "[io][vt
         {">0 1 2<", ">0 -1 2<", 15, "point -1"},
         {">0 1 2<", ">0 1 2.5<", 15, "'2.5'"},
         {">0 1 2<", ">0 1 2 2<", 15, "has 4 numbers, expected 3"},
-        {">3</DataArray>\n<DataArray type=\"UInt8\"", ">4</DataArray>\n<DataArray type=\"UInt8\"", 16, "out of order or range"},
-        {">3</DataArray>\n<DataArray type=\"UInt8\"", ">-1</DataArray>\n<DataArray type=\"UInt8\"", 16, "out of order or range"},
+        {">3</DataArray>\n<DataArray type=\"UInt8\"", ">4</DataArray>\n<DataArray type=\"UInt8\"", 16,
+         "out of order or range"},
+        {">3</DataArray>\n<DataArray type=\"UInt8\"", ">-1</DataArray>\n<DataArray type=\"UInt8\"", 16,
+         "out of order or range"},
         {">5<", ">9<", 16, "3 nodes, but it is one of the quads with 4"},
         {">5<", ">10<", 17, "holds tetrahedra; give a surface mesh"},
         {">5<", ">42<", 17, "holds polyhedra"},
@@ -203,17 +214,20 @@ TEST_CASE("malformed VTK files are refused with the path and the line", "[io][vt
         {"</VTKFile>\n", "", 21, "no element found"},
         {"\"f\" format=\"ascii\"", "\"f\" format=\"text\"", 5, "'text'"},
         {"\"f\" format=\"ascii\"", "\"f\" format=\"appended\" offset=\"0\"", 5, "no appended data"},
-        {"</UnstructuredGrid>\n", "</UnstructuredGrid>\n<AppendedData encoding=\"base64\"/>_\n", 21, "ends before its data"},
+        {"</UnstructuredGrid>\n", "</UnstructuredGrid>\n<AppendedData encoding=\"base64\"/>_\n", 21,
+         "ends before its data"},
         {"\"f\" format=\"ascii\">1 2 3", "\"f\" format=\"binary\">GAAAAAAAAAA=", 5, "shorter than its header says"},
         {"\"f\" format=\"ascii\">1 2 3", "\"f\" format=\"binary\">/////wAAAAA=", 5, "shorter than its header says"},
         {"\"f\" format=\"ascii\">1 2 3", "\"f\" format=\"binary\">GA?A", 5, "not in base64"},
         {"\"f\" format=\"ascii\">1 2 3", "\"f\" format=\"binary\">BwAAAAAAAAAAAAA=", 5, "7 bytes, no multiple of 8"},
     };
     for (const auto& [part, by, line, says] : cases)
-        support::check_refused(folder / "a.vtu", one_triangle(part, by), line, says, [](const std::string& path) { read_mesh_data(path); });
+        support::check_refused(folder / "a.vtu", one_triangle(part, by), line, says,
+                               [](const std::string& path) { read_mesh_data(path); });
     support::check_refused(folder / "a.vtu", "<VTKFile type=\"PolyData\">\n</VTKFile>\n", 3, "no Piece",
                            [](const std::string& path) { read_mesh(path); });
-    support::check_refused(folder / "a.vtu", "<html/>", 1, "not a VTK file", [](const std::string& path) { read_mesh(path); });
+    support::check_refused(folder / "a.vtu", "<html/>", 1, "not a VTK file",
+                           [](const std::string& path) { read_mesh(path); });
 }
 
 TEST_CASE("compressed VTK data that claims to be huge is refused before it is unpacked", "[io][vtk]") {
@@ -221,9 +235,11 @@ TEST_CASE("compressed VTK data that claims to be huge is refused before it is un
     const auto file = [](std::initializer_list<std::uint32_t> header) {
         std::string bytes;
         for (const std::uint32_t number : header) put(bytes, number);
-        return "<VTKFile type=\"PolyData\" compressor=\"vtkZLibDataCompressor\"><PolyData>\n<Piece NumberOfPoints=\"1\"><Points>\n"
+        return "<VTKFile type=\"PolyData\" compressor=\"vtkZLibDataCompressor\"><PolyData>\n<Piece "
+               "NumberOfPoints=\"1\"><Points>\n"
                "<DataArray type=\"Float64\" Name=\"p\" NumberOfComponents=\"3\" format=\"binary\">" +
-               base64(bytes) + base64(deflated(std::string(24, '\0'))) + "</DataArray></Points></Piece></PolyData></VTKFile>";
+               base64(bytes) + base64(deflated(std::string(24, '\0'))) +
+               "</DataArray></Points></Piece></PolyData></VTKFile>";
     };
     const auto check = [&](const std::string& contents, const char* says) {
         support::check_refused(folder / "a.vtp", contents, 3, says, [](const std::string& path) { read_mesh(path); });

@@ -20,8 +20,8 @@ struct Random {
 TEST_CASE("the closest point of a triangle is on it, and no point of it is closer", "[property]") {
     Random random;
     for (int round = 0; round < 200; ++round) {
-        const Eigen::Vector3d a = random.point(), b = random.point(), c = round % 5 == 0 ? Eigen::Vector3d(2 * b - a) : random.point(),
-                              p = 2 * random.point();
+        const Eigen::Vector3d a = random.point(), b = random.point(),
+                              c = round % 5 == 0 ? Eigen::Vector3d(2 * b - a) : random.point(), p = 2 * random.point();
         const Eigen::Vector3d q = closest_point(p, a, b, c);
         double least = std::numeric_limits<double>::infinity(), from_q = least;
         for (int i = 0; i <= 40; ++i)
@@ -68,7 +68,8 @@ TEST_CASE("the tree finds the triangle that brute force finds", "[property]") {
         const Eigen::Vector3d p = 1.5 * random.point();
         ClosestTriangle::Hit expected;
         for (const int t : chosen)
-            if (const double d = (closest_point(p, points[3 * t], points[3 * t + 1], points[3 * t + 2]) - p).norm(); d < expected.distance)
+            if (const double d = (closest_point(p, points[3 * t], points[3 * t + 1], points[3 * t + 2]) - p).norm();
+                d < expected.distance)
                 expected = {t, d};
         const auto hit = tree.closest(p);
         CHECK(hit.triangle == expected.triangle);
@@ -99,7 +100,8 @@ TEST_CASE("the tree finds all triangles within a distance", "[property]") {
         const double distance = 0.02 * round;
         std::vector<int> expected;
         for (const int t : chosen)
-            if ((closest_point(p, points[3 * t], points[3 * t + 1], points[3 * t + 2]) - p).norm() <= distance) expected.push_back(t);
+            if ((closest_point(p, points[3 * t], points[3 * t + 1], points[3 * t + 2]) - p).norm() <= distance)
+                expected.push_back(t);
         CHECK(tree.within(p, distance) == expected);
     }
 }

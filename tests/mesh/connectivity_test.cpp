@@ -59,8 +59,8 @@ TEST_CASE("connectivity stays valid under random flips, splits and collapses, an
         const bool undo = random() % 4 == 0;
         const auto was = undo ? sorted_triangles(mesh) : std::vector<Triangle>{};
         if (undo) mesh.record(&journal);
-        if (kind == 0 && mesh.twin(h) >= 0 && mesh.find_edge(mesh.apex(h), mesh.apex(mesh.twin(h))) < 0 && mesh.valence(mesh.origin(h)) > 3 &&
-            mesh.valence(mesh.target(h)) > 3)
+        if (kind == 0 && mesh.twin(h) >= 0 && mesh.find_edge(mesh.apex(h), mesh.apex(mesh.twin(h))) < 0 &&
+            mesh.valence(mesh.origin(h)) > 3 && mesh.valence(mesh.target(h)) > 3)
             mesh.flip(h);
         else if (kind == 1 && mesh.num_live_triangles() < 400)
             mesh.split(h);
@@ -110,7 +110,8 @@ TEST_CASE("renumbered breadth first a mesh is the same, without what was removed
     }
     for (int t = 0; t < other.num_triangles(); ++t)
         for (int k = 0; k < 3; ++k) {
-            const int a = numbering.vertices[other.triangle(t)[k]], b = numbering.vertices[other.triangle(t)[(k + 1) % 3]];
+            const int a = numbering.vertices[other.triangle(t)[k]],
+                      b = numbering.vertices[other.triangle(t)[(k + 1) % 3]];
             CHECK(mesh.triangle(numbering.triangles[t])[k] == a);
             CHECK(other.tag(3 * t + k) == tag_of(a, b));
         }
@@ -126,7 +127,8 @@ TEST_CASE("renumbered breadth first a mesh is the same, without what was removed
 
 TEST_CASE("connectivity refuses what is not an oriented manifold", "[mesh]") {
     using T = std::vector<Triangle>;
-    const T bad = GENERATE(T{{0, 1, 1}}, T{{0, 1, 9}}, T{{0, 1, 2}, {1, 2, 3}}, T{{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}, T{{0, 1, 2}, {0, 3, 4}});
+    const T bad = GENERATE(T{{0, 1, 1}}, T{{0, 1, 9}}, T{{0, 1, 2}, {1, 2, 3}}, T{{0, 1, 2}, {1, 0, 3}, {0, 1, 4}},
+                           T{{0, 1, 2}, {0, 3, 4}});
     CHECK_THROWS_AS(Connectivity(5, bad), std::invalid_argument);
 }
 

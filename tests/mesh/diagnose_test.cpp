@@ -23,7 +23,8 @@ TriangleSoup torus(int n, int m) {
         }
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < m; ++j) {
-            const int a = i * m + j, b = (i + 1) % n * m + j, c = (i + 1) % n * m + (j + 1) % m, d = i * m + (j + 1) % m;
+            const int a = i * m + j, b = (i + 1) % n * m + j, c = (i + 1) % n * m + (j + 1) % m,
+                      d = i * m + (j + 1) % m;
             soup.triangles.push_back({a, b, c});
             soup.triangles.push_back({a, c, d});
         }
@@ -154,7 +155,8 @@ TEST_CASE("each fault is found, and by its own name", "[mesh][exact]") {
 TEST_CASE("flatness does not depend on scale or place, and spares what is merely thin", "[mesh][property]") {
     const double scale = GENERATE(1e-310, 1e-150, 1.0, 1e150, 1e307);
     TriangleSoup soup;
-    soup.points = {{scale, scale, 0}, {2 * scale, scale, 0}, {1.5 * scale, scale * (1 + 1e-13), 0}, {3 * scale, scale, 0}};
+    soup.points = {
+        {scale, scale, 0}, {2 * scale, scale, 0}, {1.5 * scale, scale * (1 + 1e-13), 0}, {3 * scale, scale, 0}};
     soup.triangles = {{0, 1, 2}, {0, 1, 3}};
     if (scale < 1e-300) soup.points[2].y() = 1.1 * scale;  // denormal numbers have few digits
     CHECK(diagnose(soup).zero_area.first == std::vector{1});
@@ -182,7 +184,8 @@ TEST_CASE("diagnosis agrees with brute force on random soups", "[mesh][property]
     for (int run = 0; run < 300; ++run) {
         TriangleSoup soup;
         const int n = 5 + static_cast<int>(random() % 6);
-        for (int i = 0; i < n; ++i) soup.points.push_back({double(random() % 3), double(random() % 3), double(random() % 3)});
+        for (int i = 0; i < n; ++i)
+            soup.points.push_back({double(random() % 3), double(random() % 3), double(random() % 3)});
         for (int t = 0; t < 8; ++t) soup.triangles.push_back({int(random() % n), int(random() % n), int(random() % n)});
         const Diagnosis d = diagnose(soup);
 

@@ -18,8 +18,8 @@ struct Found {
     Features features;
     int corners() const { return static_cast<int>(std::count(features.corner.begin(), features.corner.end(), 1)); }
     int closed() const {
-        return static_cast<int>(
-            std::count_if(features.chains.begin(), features.chains.end(), [](const FeatureChain& c) { return c.closed; }));
+        return static_cast<int>(std::count_if(features.chains.begin(), features.chains.end(),
+                                              [](const FeatureChain& c) { return c.closed; }));
     }
 };
 
@@ -147,12 +147,14 @@ TEST_CASE("jags of a boundary are corners where they are higher than the scale",
     // On what is no plane jags may be noise; outlines of planes are what they are.
     const bool is_plane = GENERATE(false, true);
     if (!is_plane)
-        for (std::size_t v = 0; v < mesh.points.size(); ++v) mesh.points[v].z() = 0.01 * std::sin(37.0 * static_cast<double>(v * v));
+        for (std::size_t v = 0; v < mesh.points.size(); ++v)
+            mesh.points[v].z() = 0.01 * std::sin(37.0 * static_cast<double>(v * v));
     const auto inner_corners = [&](double scale) {
         const Found found = found_in(mesh, {.scale = scale});
         int count = 0;
         // Near the ends the boundary turns all in all.
-        for (std::size_t v = 0; v < mesh.points.size(); ++v) count += found.features.corner[v] && mesh.points[v].x() > 2 && mesh.points[v].x() < n - 2;
+        for (std::size_t v = 0; v < mesh.points.size(); ++v)
+            count += found.features.corner[v] && mesh.points[v].x() > 2 && mesh.points[v].x() < n - 2;
         return count;
     };
     CHECK(inner_corners(0) == (is_plane ? all : 0));
@@ -163,10 +165,13 @@ TEST_CASE("jags of a boundary are corners where they are higher than the scale",
 
 TEST_CASE("borders between labels are features, and what is given", "[exact]") {
     const Mesh mesh = triangulations::graph(8, flat, 0);
-    const auto middle = [&](const Triangle& t) { return Vector3d((mesh.points[t[0]] + mesh.points[t[1]] + mesh.points[t[2]]) / 3); };
+    const auto middle = [&](const Triangle& t) {
+        return Vector3d((mesh.points[t[0]] + mesh.points[t[1]] + mesh.points[t[2]]) / 3);
+    };
     const auto inner = [&](const Found& found) {
         int edges = 0;
-        for (int h = 0; h < 3 * found.mesh.num_triangles(); ++h) edges += found.mesh.tag(h) >= 0 && found.mesh.twin(h) > h;
+        for (int h = 0; h < 3 * found.mesh.num_triangles(); ++h)
+            edges += found.mesh.tag(h) >= 0 && found.mesh.twin(h) > h;
         return edges;
     };
     SECTION("a border across") {
@@ -179,7 +184,8 @@ TEST_CASE("borders between labels are features, and what is given", "[exact]") {
     }
     SECTION("a patch inside") {
         std::vector<int> labels;
-        for (const Triangle& t : mesh.triangles) labels.push_back((middle(t) - Vector3d(.5, .5, 0)).cwiseAbs().maxCoeff() < 0.25);
+        for (const Triangle& t : mesh.triangles)
+            labels.push_back((middle(t) - Vector3d(.5, .5, 0)).cwiseAbs().maxCoeff() < 0.25);
         const Found found = found_in(mesh, {}, {.labels = labels});
         CHECK(inner(found) == 16);
         CHECK(found.corners() == 8);
@@ -202,7 +208,8 @@ TEST_CASE("a fold is a crease from its angle on", "[exact]") {
     const double degrees = GENERATE(1., 10., 20., 35., 45., 90., 150.);
     const double half = degrees * std::numbers::pi / 360;
     Mesh mesh = triangulations::graph(8, flat, 0);
-    for (Vector3d& p : mesh.points) p = {(p.x() - 0.5) * std::cos(half), p.y(), -std::abs(p.x() - 0.5) * std::sin(half)};
+    for (Vector3d& p : mesh.points)
+        p = {(p.x() - 0.5) * std::cos(half), p.y(), -std::abs(p.x() - 0.5) * std::sin(half)};
     CAPTURE(degrees);
     // Where no planes meet it takes more to be a crease.
     Mesh bumpy = mesh;
@@ -222,7 +229,8 @@ TEST_CASE("a fold is a crease from its angle on", "[exact]") {
 TEST_CASE("noise below the angle gives no feature", "[property]") {
     const unsigned seed = GENERATE(range(1u, 5u));
     const Mesh sphere = triangulations::sphere(4);
-    CHECK(found_in(triangulations::noisy(sphere, 0.04 * triangulations::mean_edge(sphere), seed)).features.chains.empty());
+    CHECK(found_in(triangulations::noisy(sphere, 0.04 * triangulations::mean_edge(sphere), seed))
+              .features.chains.empty());
     const Mesh cube = triangulations::cube(8);
     const Found found = found_in(triangulations::noisy(cube, 0.03 * triangulations::mean_edge(cube), seed));
     CHECK(found.features.chains.size() == 12);
@@ -243,16 +251,21 @@ TEST_CASE("spikes and folds of a rough surface are no features, coarse parts kee
 }
 
 TEST_CASE("at places that need features folds of a rough surface are some", "[property]") {
-    const Mesh rough = triangulations::noisy(triangulations::sphere(3), 0.35 * triangulations::mean_edge(triangulations::sphere(3)), 2);
+    const Mesh rough = triangulations::noisy(triangulations::sphere(3),
+                                             0.35 * triangulations::mean_edge(triangulations::sphere(3)), 2);
     const Found before = found_in(rough);
     const auto turn = [&](int h) {
         const auto normal = [&](int t) {
             const Triangle v = before.mesh.triangle(t);
-            return (rough.points[v[1]] - rough.points[v[0]]).cross(rough.points[v[2]] - rough.points[v[0]]).normalized();
+            return (rough.points[v[1]] - rough.points[v[0]])
+                .cross(rough.points[v[2]] - rough.points[v[0]])
+                .normalized();
         };
         return std::acos(std::clamp(normal(h / 3).dot(normal(before.mesh.twin(h) / 3)), -1.0, 1.0));
     };
-    const auto middle = [&](int h) { return Vector3d((rough.points[before.mesh.origin(h)] + rough.points[before.mesh.target(h)]) / 2); };
+    const auto middle = [&](int h) {
+        return Vector3d((rough.points[before.mesh.origin(h)] + rough.points[before.mesh.target(h)]) / 2);
+    };
     FeatureOptions options{.reach = 1e-6};
     std::vector<int> folds;
     for (int h = 0; h < 3 * before.mesh.num_triangles() && folds.size() < 10; ++h)
@@ -293,7 +306,8 @@ Mesh bevel(int n, double width) {
     for (Vector3d& p : mesh.points) {
         const int column = static_cast<int>(std::lround(p.x() * n));
         // From the left line to the right along the arc.
-        const double left = std::min(column - n / 2, 0) / double(n), right = std::max(column - n / 2 - 1, 0) / double(n);
+        const double left = std::min(column - n / 2, 0) / double(n),
+                     right = std::max(column - n / 2 - 1, 0) / double(n);
         const Vector3d beyond(std::cos(turn), 0, -std::sin(turn)), last(std::cos(2 * turn), 0, -std::sin(2 * turn));
         p = Vector3d(left, p.y(), 0) + (column > n / 2 ? width * beyond : Vector3d(0, 0, 0)) + right * last;
     }
@@ -328,7 +342,9 @@ Mesh eared_prism(int sides) {
         }
     mesh.points.emplace_back(0, 0, 0);
     mesh.points.emplace_back(0, 0, 1);
-    const auto add = [&](bool turned, int a, int b, int c) { mesh.triangles.push_back(turned ? Triangle{a, c, b} : Triangle{a, b, c}); };
+    const auto add = [&](bool turned, int a, int b, int c) {
+        mesh.triangles.push_back(turned ? Triangle{a, c, b} : Triangle{a, b, c});
+    };
     for (const int cap : {0, 1})
         for (int i = 0; i < sides; i += 2) {
             const auto rim = [&](int k) { return cap * sides + k % sides; };
@@ -363,7 +379,8 @@ TEST_CASE("where a strip becomes wide enough its second crease begins at the fir
     const double turn = 44 * std::numbers::pi / 180;
     for (int v = 0; v < std::ssize(mesh.points); ++v) {
         const int column = static_cast<int>(std::lround(testing::square(n).points[v].x() * n));
-        if (column > n / 2) mesh.points[v] += (1e-6 + 0.04 * mesh.points[v].y()) * Vector3d(std::cos(turn), 0, -std::sin(turn));
+        if (column > n / 2)
+            mesh.points[v] += (1e-6 + 0.04 * mesh.points[v].y()) * Vector3d(std::cos(turn), 0, -std::sin(turn));
     }
     const Found found = found_in(mesh, {.scale = scale});
     // One crease along the whole sheet, and another from it to the wide end: they meet at a corner within.
@@ -381,7 +398,8 @@ TEST_CASE("where a strip becomes wide enough its second crease begins at the fir
 
 TEST_CASE("features do not depend on numbers, place or size", "[property]") {
     const Mesh mesh = triangulations::capped_cylinder(20, 5, 1, 2, 3);
-    const Found a = found_in(mesh), b = found_in(testing::relabelled(mesh, 4)), c = found_in(testing::moved(mesh, 1e-5));
+    const Found a = found_in(mesh), b = found_in(testing::relabelled(mesh, 4)),
+                c = found_in(testing::moved(mesh, 1e-5));
     const auto edges = [](const Found& found) {
         int sum = 0;
         for (const FeatureChain& chain : found.features.chains) sum += chain.num_edges();
@@ -404,7 +422,8 @@ TEST_CASE("the rim of a coarse cylinder has no corners, that of a square prism h
     CHECK(prism.features.chains.size() == (sides == 4 ? 12U : 2U));
 }
 
-TEST_CASE("a row of facets around a vertex that ends all around is a cone, further rows that turn on are round", "[exact]") {
+TEST_CASE("a row of facets around a vertex that ends all around is a cone, further rows that turn on are round",
+          "[exact]") {
     const double height = GENERATE(0., 0.1, 0.4);
     TriangleSoup cone = parts::twisted(parts::polygon(24), 2, 0, 1);
     const int top = static_cast<int>(cone.points.size()) - 1;

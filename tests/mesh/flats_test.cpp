@@ -21,7 +21,9 @@ struct Found {
     FlatFaces flats;
 
     explicit Found(TriangleSoup given)
-        : soup(std::move(given)), mesh(static_cast<int>(soup.points.size()), soup.triangles), regions(soup.points, mesh),
+        : soup(std::move(given)),
+          mesh(static_cast<int>(soup.points.size()), soup.triangles),
+          regions(soup.points, mesh),
           flats(find_flat_faces(soup.points, mesh, regions)) {}
 };
 

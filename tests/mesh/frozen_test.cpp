@@ -61,7 +61,8 @@ TEST_CASE("what cannot be kept is refused with its number and place", "[mesh]") 
     refuses({.triangles = {48}}, "required triangle 48");
     // Opposite corners of the cube.
     const auto index = [&](const Eigen::Vector3d& p) {
-        return static_cast<int>(std::find(given.soup.points.begin(), given.soup.points.end(), p) - given.soup.points.begin());
+        return static_cast<int>(std::find(given.soup.points.begin(), given.soup.points.end(), p) -
+                                given.soup.points.begin());
     };
     refuses({.edges = {{index({1, 1, 1}), index({0, 0, 0})}}}, "at 1 1 1 is no side of a triangle");
     const auto [a, b, c] = given.soup.triangles[7];

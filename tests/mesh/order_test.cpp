@@ -52,7 +52,8 @@ TEST_CASE("a soup along a curve is the same soup, and neighbours are near in it"
     for (std::size_t v = 0; v < soup.points.size(); ++v) CHECK(ordered.points[v] == soup.points[point_source[v]]);
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
         CHECK(ordered.labels[t] == soup.labels[triangle_source[t]]);
-        for (int k = 0; k < 3; ++k) CHECK(point_source[ordered.triangles[t][k]] == soup.triangles[triangle_source[t]][k]);
+        for (int k = 0; k < 3; ++k)
+            CHECK(point_source[ordered.triangles[t][k]] == soup.triangles[triangle_source[t]][k]);
     }
     CHECK(point_source[ordered.corners.at(0)] == soup.corners[0]);
     CHECK(point_source[ordered.edges.at(0)[1]] == soup.edges[0][1]);
@@ -77,7 +78,8 @@ TEST_CASE("codes along a curve interleave the bits of coordinates", "[exact]") {
 }
 
 TEST_CASE("coordinates that have no place on a curve leave a soup as it is", "[exact]") {
-    for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
+    for (const double bad :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
         const TriangleSoup soup{{{3, 0, 0}, {bad, 0, 0}, {0, 1, 0}}, {{2, 0, 1}}};
         const Ordered ordered = along_curve(soup);
         CHECK(ordered.point_source == std::vector<int>{0, 1, 2});

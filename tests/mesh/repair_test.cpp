@@ -31,16 +31,20 @@ bool same(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 /// Bit by bit.
 bool same(const TriangleSoup& a, const TriangleSoup& b) {
-    return a.triangles == b.triangles && a.labels == b.labels && a.edges == b.edges && a.corners == b.corners && a.required == b.required &&
+    return a.triangles == b.triangles && a.labels == b.labels && a.edges == b.edges && a.corners == b.corners &&
+           a.required == b.required &&
            std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
                       [](const Eigen::Vector3d& p, const Eigen::Vector3d& q) { return same(p, q); }) &&
            std::equal(a.parameters.begin(), a.parameters.end(), b.parameters.begin(), b.parameters.end(),
-                      [](const auto& p, const auto& q) { return p.vertex == q.vertex && p.at.patch == q.at.patch && p.at.uv == q.at.uv; });
+                      [](const auto& p, const auto& q) {
+                          return p.vertex == q.vertex && p.at.patch == q.at.patch && p.at.uv == q.at.uv;
+                      });
 }
 
 double area(const TriangleSoup& soup) {
     double sum = 0;
-    for (const auto& [a, b, c] : soup.triangles) sum += (soup.points[b] - soup.points[a]).cross(soup.points[c] - soup.points[a]).norm() / 2;
+    for (const auto& [a, b, c] : soup.triangles)
+        sum += (soup.points[b] - soup.points[a]).cross(soup.points[c] - soup.points[a]).norm() / 2;
     return sum;
 }
 
@@ -65,8 +69,8 @@ TriangleSoup loose(const TriangleSoup& soup) {
 void add_cube(TriangleSoup& soup, const Eigen::Vector3d& at) {
     const int n = static_cast<int>(soup.points.size());
     for (int i = 0; i < 8; ++i) soup.points.push_back(at + Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2));
-    for (const auto& [a, b, c, d] :
-         std::initializer_list<std::array<int, 4>>{{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+    for (const auto& [a, b, c, d] : std::initializer_list<std::array<int, 4>>{
+             {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
         soup.triangles.push_back({n + a, n + b, n + c});
         soup.triangles.push_back({n + a, n + c, n + d});
     }
@@ -254,7 +258,8 @@ TEST_CASE("a strip with one side is cut across", "[mesh][repair][exact]") {
 }
 
 TEST_CASE("flat triangles are resolved without a crack", "[mesh][repair][exact]") {
-    // A square of two triangles whose common edge has a vertex in its middle on one side only, filled with a flat triangle.
+    // A square of two triangles whose common edge has a vertex in its middle on one side only, filled with a flat
+    // triangle.
     TriangleSoup soup;
     soup.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.5, 0}};
     soup.triangles = {{0, 1, 4}, {1, 2, 4}, {0, 4, 2}, {0, 2, 3}};
@@ -280,7 +285,8 @@ TEST_CASE("a closed surface with flat triangles stays closed", "[mesh][repair][p
         TriangleSoup soup;
         add_cube(soup, {0, 0, 0});
         for (int i = 0; i < 30; ++i) {
-            // Triangle abc becomes amc and mbc below a flat triangle a b m that keeps its neighbour across ab as it was.
+            // Triangle abc becomes amc and mbc below a flat triangle a b m that keeps its neighbour across ab as it
+            // was.
             const std::size_t t = random() % soup.triangles.size();
             const auto [a, b, c] = soup.triangles[t];
             const int m = static_cast<int>(soup.points.size());
@@ -332,7 +338,8 @@ TEST_CASE("welding with a tolerance moves nothing further than that", "[mesh][re
 }
 
 TEST_CASE("required elements follow what is welded, turned, dropped and split", "[mesh][repair]") {
-    // Two copies of a square that share points by place, the second triangle the wrong way round, a copy of the first, one that is flat.
+    // Two copies of a square that share points by place, the second triangle the wrong way round, a copy of the first,
+    // one that is flat.
     TriangleSoup soup;
     soup.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0}, {9, 9, 9}};
     soup.triangles = {{6, 6, 0}, {0, 1, 2}, {4, 3, 5}, {1, 2, 0}, {0, 0, 2}};
@@ -347,7 +354,8 @@ TEST_CASE("required elements follow what is welded, turned, dropped and split", 
     CHECK(at(required.edges[0][0]) == Eigen::Vector3d(1, 1, 0));
     CHECK(at(required.edges[0][1]) == Eigen::Vector3d(0, 1, 0));
     CHECK(required.triangles == std::vector{0, 1});
-    const auto lost = std::find_if(repaired.steps.begin(), repaired.steps.end(), [](const RepairStep& s) { return s.kind == RepairKind::LostFeatures; });
+    const auto lost = std::find_if(repaired.steps.begin(), repaired.steps.end(),
+                                   [](const RepairStep& s) { return s.kind == RepairKind::LostFeatures; });
     REQUIRE(lost != repaired.steps.end());
     CHECK(lost->items.first == std::vector<std::vector<int>>{{6}, {6, 6, 0}});
 }
@@ -363,7 +371,8 @@ TEST_CASE("a required triangle that repair splits is required no more, its edges
     CHECK(repaired.soup.required.triangles.empty());
     // The edge that was split is two.
     CHECK(repaired.soup.required.edges == std::vector<std::array<int, 2>>{{1, 2}, {0, 3}, {3, 1}});
-    CHECK_THAT(summary(repaired.steps), Catch::Contains("features and required elements without a place in the result dropped: 0-1-2"));
+    CHECK_THAT(summary(repaired.steps),
+               Catch::Contains("features and required elements without a place in the result dropped: 0-1-2"));
 }
 
 TEST_CASE("any soup becomes a manifold, and stays what it has become", "[mesh][repair][property]") {
@@ -374,7 +383,8 @@ TEST_CASE("any soup becomes a manifold, and stays what it has become", "[mesh][r
             TriangleSoup soup;
             const int n = 5 + static_cast<int>(random() % 12), side = 2 + static_cast<int>(random() % 3),
                       m = 2 + static_cast<int>(random() % 40);
-            for (int i = 0; i < n; ++i) soup.points.push_back({double(random() % side), double(random() % side), double(random() % side)});
+            for (int i = 0; i < n; ++i)
+                soup.points.push_back({double(random() % side), double(random() % side), double(random() % side)});
             for (int t = 0; t < m; ++t) {
                 soup.triangles.push_back({int(random() % n), int(random() % n), int(random() % n)});
                 soup.labels.push_back(int(random() % 3));
@@ -393,8 +403,10 @@ TEST_CASE("any soup becomes a manifold, and stays what it has become", "[mesh][r
             CAPTURE(run);
             TriangleSoup soup;
             const int n = 4 + static_cast<int>(random() % 6), m = 2 + static_cast<int>(random() % 40);
-            for (int i = 0; i < n; ++i) soup.points.push_back({double(random() % 1000), double(random() % 1000), double(random() % 1000)});
-            for (int t = 0; t < m; ++t) soup.triangles.push_back({int(random() % n), int(random() % n), int(random() % n)});
+            for (int i = 0; i < n; ++i)
+                soup.points.push_back({double(random() % 1000), double(random() % 1000), double(random() % 1000)});
+            for (int t = 0; t < m; ++t)
+                soup.triangles.push_back({int(random() % n), int(random() % n), int(random() % n)});
             check_repaired(soup);
             check_repaired(loose(repair(soup).soup));
         }
@@ -459,7 +471,8 @@ TEST_CASE("a sliver that holds a gap is resolved as a flat triangle is, needles 
     // A cube, the middle of one edge a gap beside it on one side: the triangle across the gap is a sliver.
     const double gap = GENERATE(1e-12, 1e-8, 5e-5);
     TriangleSoup cube = parts::prism({{0, 0}, {1, 0}, {1, 1}, {0, 1}}, 1);
-    const auto top = std::find(cube.triangles.begin(), cube.triangles.end(), Triangle{4, 5, 6}), side = std::find(cube.triangles.begin(), cube.triangles.end(), Triangle{0, 5, 4});
+    const auto top = std::find(cube.triangles.begin(), cube.triangles.end(), Triangle{4, 5, 6}),
+               side = std::find(cube.triangles.begin(), cube.triangles.end(), Triangle{0, 5, 4});
     REQUIRE((top != cube.triangles.end() && side != cube.triangles.end()));
     cube.points.emplace_back(0.5, gap, 1);
     *top = {4, 8, 6};
@@ -477,7 +490,8 @@ TEST_CASE("a sliver that holds a gap is resolved as a flat triangle is, needles 
     CHECK(repair(cylinder, default_repair(cylinder)).steps.empty());
 }
 
-TEST_CASE("faces of a box divided each in their own way are joined where their edges run along each other", "[mesh][repair][exact]") {
+TEST_CASE("faces of a box divided each in their own way are joined where their edges run along each other",
+          "[mesh][repair][exact]") {
     // Each face a grid of its own, so that its rim has vertices in the middle of the edges of others, to within a gap.
     const double gap = GENERATE(0., 1e-12, 2e-5);
     std::mt19937 random(7);
@@ -496,8 +510,10 @@ TEST_CASE("faces of a box divided each in their own way are joined where their e
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j) {
                 const int a = first + i * (n + 1) + j, b = a + n + 1;
-                if (face % 2) box.triangles.insert(box.triangles.end(), {{a, b, b + 1}, {a, b + 1, a + 1}});
-                else box.triangles.insert(box.triangles.end(), {{a, b + 1, b}, {a, a + 1, b + 1}});
+                if (face % 2)
+                    box.triangles.insert(box.triangles.end(), {{a, b, b + 1}, {a, b + 1, a + 1}});
+                else
+                    box.triangles.insert(box.triangles.end(), {{a, b + 1, b}, {a, a + 1, b + 1}});
                 box.labels.insert(box.labels.end(), {face, face});
             }
     }
@@ -513,7 +529,8 @@ TEST_CASE("faces of a box divided each in their own way are joined where their e
     std::array<double, 6> area{};
     for (std::size_t t = 0; t < repaired.soup.triangles.size(); ++t) {
         const auto& [a, b, c] = repaired.soup.triangles[t];
-        const Eigen::Vector3d u = repaired.soup.points[b] - repaired.soup.points[a], v = repaired.soup.points[c] - repaired.soup.points[a];
+        const Eigen::Vector3d u = repaired.soup.points[b] - repaired.soup.points[a],
+                              v = repaired.soup.points[c] - repaired.soup.points[a];
         area[repaired.soup.labels[t]] += u.cross(v).norm() / 2;
     }
     for (const double a : area) CHECK(a == Approx(1).epsilon(20 * gap + 1e-12));
@@ -521,11 +538,13 @@ TEST_CASE("faces of a box divided each in their own way are joined where their e
 
 TEST_CASE("an open edge is split only where another one runs along it", "[mesh][repair][exact]") {
     // A triangle stands with a corner on the edge of another one.
-    const TriangleSoup standing{.points = {{0, 0, 0}, {2, 0, 0}, {1, -2, 0}, {1, 0, 0}, {2, 2, 0}, {0, 2, 0}}, .triangles = {{0, 2, 1}, {3, 4, 5}}};
+    const TriangleSoup standing{.points = {{0, 0, 0}, {2, 0, 0}, {1, -2, 0}, {1, 0, 0}, {2, 2, 0}, {0, 2, 0}},
+                                .triangles = {{0, 2, 1}, {3, 4, 5}}};
     CHECK(find_cracks(standing).empty());
     CHECK(repair(standing, default_repair(standing)).steps.empty());
     // Two that lie along each other in part: the edge of each is split at the corner of the other.
-    TriangleSoup shifted{.points = {{0, 0, 0}, {2, 0, 0}, {1, -2, 0}, {1, 0, 0}, {3, 0, 0}, {2, 2, 0}}, .triangles = {{0, 2, 1}, {3, 4, 5}}};
+    TriangleSoup shifted{.points = {{0, 0, 0}, {2, 0, 0}, {1, -2, 0}, {1, 0, 0}, {3, 0, 0}, {2, 2, 0}},
+                         .triangles = {{0, 2, 1}, {3, 4, 5}}};
     shifted.edges = {{0, 1}};
     CHECK(find_cracks(shifted).junctions == 2);
     const Repaired repaired = repair(shifted, default_repair(shifted));
@@ -554,7 +573,8 @@ TEST_CASE("closed parts that share a face stay apart and closed", "[mesh][repair
 }
 
 TEST_CASE("a vertex that is required stays where it is when others are welded to it", "[mesh][repair][exact]") {
-    TriangleSoup soup{.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1e-9, 0}, {1, 1, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}, {3, 4, 5}}};
+    TriangleSoup soup{.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1e-9, 0}, {1, 1, 0}, {0, 1, 0}},
+                      .triangles = {{0, 1, 2}, {3, 4, 5}}};
     soup.required.vertices = {3};
     const Repaired repaired = repair(soup, {.weld_tolerance = 1e-6});
     REQUIRE(repaired.soup.points.size() == 4);

@@ -20,12 +20,14 @@ using Pairs = std::vector<Pair>;
 using Integer = long long;
 using Point = std::array<Integer, 3>;
 
-// The oracle: small integers, and all that two triangles have in common by clipping one with the half-spaces of the other, in fractions.
-// A common set is convex; it is the hull of the points where an edge of one meets the other, so it is enough to find one of these that is
-// neither a shared vertex nor on the shared edge.
+// The oracle: small integers, and all that two triangles have in common by clipping one with the half-spaces of the
+// other, in fractions. A common set is convex; it is the hull of the points where an edge of one meets the other, so it
+// is enough to find one of these that is neither a shared vertex nor on the shared edge.
 
 Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Point cross(const Point& a, const Point& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
+Point cross(const Point& a, const Point& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
 Integer dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 bool is_zero(const Point& a) { return a == Point{0, 0, 0}; }
 
@@ -95,8 +97,8 @@ bool oracle(const std::array<Point, 3>& s, const std::array<Point, 3>& t) {
                         a[m] = point.over[m] - shared[0][m] * point.under;
                         b[m] = shared[1][m] - shared[0][m];
                     }
-                    accounted =
-                        shared.size() == 2 && is_zero(cross(a, b)) && dot(a, b) >= 0 && dot(a, a) <= dot(b, b) * point.under * point.under;
+                    accounted = shared.size() == 2 && is_zero(cross(a, b)) && dot(a, b) >= 0 &&
+                                dot(a, a) <= dot(b, b) * point.under * point.under;
                 }
                 if (!accounted) return true;
             }
@@ -112,10 +114,13 @@ Pairs oracle(const TriangleSoup& soup) {
             for (int m = 0; m < 3; ++m) corners[k][m] = static_cast<Integer>(soup.points[t[k]][m]);
         triangles.push_back(corners);
     }
-    const auto has_area = [](const std::array<Point, 3>& t) { return !is_zero(cross(minus(t[1], t[0]), minus(t[2], t[0]))); };
+    const auto has_area = [](const std::array<Point, 3>& t) {
+        return !is_zero(cross(minus(t[1], t[0]), minus(t[2], t[0])));
+    };
     for (int i = 0; i < static_cast<int>(triangles.size()); ++i)
         for (int k = i + 1; k < static_cast<int>(triangles.size()); ++k)
-            if (has_area(triangles[i]) && has_area(triangles[k]) && oracle(triangles[i], triangles[k])) pairs.push_back({i, k});
+            if (has_area(triangles[i]) && has_area(triangles[k]) && oracle(triangles[i], triangles[k]))
+                pairs.push_back({i, k});
     return pairs;
 }
 
@@ -169,8 +174,10 @@ TEST_CASE("contacts agree with brute force in whole numbers", "[mesh][contact][p
         TriangleSoup soup;
         const unsigned side = 2 + static_cast<unsigned>(random() % 8);
         for (int i = 0; i < 12; ++i)
-            soup.points.push_back({double(random() % side), double(random() % side), double(random() % 3 ? random() % side : 0)});
-        for (int t = 0; t < 14; ++t) soup.triangles.push_back({int(random() % 12), int(random() % 12), int(random() % 12)});
+            soup.points.push_back(
+                {double(random() % side), double(random() % side), double(random() % 3 ? random() % side : 0)});
+        for (int t = 0; t < 14; ++t)
+            soup.triangles.push_back({int(random() % 12), int(random() % 12), int(random() % 12)});
         const Pairs expected = oracle(soup);
         some += expected.size();
         REQUIRE(contacts(soup) == expected);
@@ -182,8 +189,10 @@ TEST_CASE("contacts are counted, the first listed, the same for any number of th
     // Two waves that cross.
     TriangleSoup soup = grid(60);
     const int n = static_cast<int>(soup.points.size()), m = static_cast<int>(soup.triangles.size());
-    for (int i = 0; i < n; ++i) soup.points.push_back(soup.points[i] + Eigen::Vector3d(0.013, 0.007, 0.04 * std::sin(i)));
-    for (int t = 0; t < m; ++t) soup.triangles.push_back({soup.triangles[t][0] + n, soup.triangles[t][1] + n, soup.triangles[t][2] + n});
+    for (int i = 0; i < n; ++i)
+        soup.points.push_back(soup.points[i] + Eigen::Vector3d(0.013, 0.007, 0.04 * std::sin(i)));
+    for (int t = 0; t < m; ++t)
+        soup.triangles.push_back({soup.triangles[t][0] + n, soup.triangles[t][1] + n, soup.triangles[t][2] + n});
     const SelfContacts all = find_self_contacts(soup);
     CHECK(all.complete);
     CHECK(all.pairs.count > 1000);
@@ -194,7 +203,8 @@ TEST_CASE("contacts are counted, the first listed, the same for any number of th
     CHECK(find_self_contacts(soup).pairs.count == all.pairs.count);
 }
 
-TEST_CASE("where all lies upon all, the search for contacts ends soon and says that there are more", "[mesh][contact][regression]") {
+TEST_CASE("where all lies upon all, the search for contacts ends soon and says that there are more",
+          "[mesh][contact][regression]") {
     std::mt19937_64 random(4);
     std::uniform_real_distribution<double> place(0, 1);
     TriangleSoup soup;

@@ -14,7 +14,8 @@ ThinRounds found_in(double radius, int facets, double height, double width) {
     const TriangleSoup box = parts::prism(parts::rounded(100, 80, radius, facets), 60);
     const Connectivity mesh(static_cast<int>(box.points.size()), box.triangles);
     const PlanarRegions regions(box.points, mesh);
-    return find_thin_rounds(box.points, mesh, regions, find_flat_faces(box.points, mesh, regions), height, std::vector<double>(box.points.size(), width));
+    return find_thin_rounds(box.points, mesh, regions, find_flat_faces(box.points, mesh, regions), height,
+                            std::vector<double>(box.points.size(), width));
 }
 
 }  // namespace
@@ -23,7 +24,8 @@ TEST_CASE("a round whose middle leaves the planes beside it by less than a heigh
     const int facets = GENERATE(1, 2, 3, 6, 7);
     const double radius = 2;
     // Of an even number of facets the middle is an edge, else the nearest one is half a facet off.
-    const double angle = std::numbers::pi / 4 * (1 + (facets % 2) / double(facets)), height = radius * (1 - std::cos(angle));
+    const double angle = std::numbers::pi / 4 * (1 + (facets % 2) / double(facets)),
+                 height = radius * (1 - std::cos(angle));
     const ThinRounds thin = found_in(radius, facets, height * 1.001, 0);
     CHECK(thin.ridges.size() == 4);
     CHECK(thin.others.size() == 4 * static_cast<std::size_t>(facets));

@@ -41,7 +41,8 @@ void require_sound(const PlanarMesh& mesh, const PlanarDomain& domain) {
     CHECK(area == Approx(shoelace(domain)).epsilon(1e-10));
     std::map<Edge, int> boundary;
     for (const auto& [edge, count] : uses)
-        if (uses.count({edge[1], edge[0]}) == 0) boundary[{std::min(edge[0], edge[1]), std::max(edge[0], edge[1])}] = count;
+        if (uses.count({edge[1], edge[0]}) == 0)
+            boundary[{std::min(edge[0], edge[1]), std::max(edge[0], edge[1])}] = count;
     for (const auto& [a, b] : domain.segments) REQUIRE(boundary.count({std::min(a, b), std::max(a, b)}) == 1);
     REQUIRE(boundary.size() == domain.segments.size());
     CHECK_FALSE(mesh.statistics.splits_bounded);
@@ -97,14 +98,16 @@ bool at_pole(const Vector2d& p) { return p.y() == 0; }
 
 double ideal_count(double metric_area) { return metric_area / (std::sqrt(3.0) / 4); }
 
-/// Largest distance, relative to the radius, at which a vertex lies inside the circumcircle of a triangle that should be empty.
+/// Largest distance, relative to the radius, at which a vertex lies inside the circumcircle of a triangle that should
+/// be empty.
 double deepest_intrusion(const PlanarMesh& mesh) {
     double deepest = 0;
     for (const auto& t : mesh.triangles) {
         const Vector2d a = mesh.points[t[0]], b = mesh.points[t[1]] - a, c = mesh.points[t[2]] - a;
         const double d = 2 * (b.x() * c.y() - b.y() * c.x());
-        const Vector2d centre =
-            Vector2d(c.y() * b.squaredNorm() - b.y() * c.squaredNorm(), b.x() * c.squaredNorm() - c.x() * b.squaredNorm()) / d;
+        const Vector2d centre = Vector2d(c.y() * b.squaredNorm() - b.y() * c.squaredNorm(),
+                                         b.x() * c.squaredNorm() - c.x() * b.squaredNorm()) /
+                                d;
         for (const Vector2d& p : mesh.points) deepest = std::max(deepest, 1 - (p - a - centre).norm() / centre.norm());
     }
     return deepest;
@@ -113,7 +116,8 @@ double deepest_intrusion(const PlanarMesh& mesh) {
 }  // namespace
 
 TEST_CASE("Meshes of all domains are sound and nearly unit", "[delaunay][property]") {
-    const MetricField metric = GENERATE(uniform_metric(0.05), uniform_metric(0.023), radial_metric({0.3, 0.4}, 0.01, 0.2));
+    const MetricField metric =
+        GENERATE(uniform_metric(0.05), uniform_metric(0.023), radial_metric({0.3, 0.4}, 0.01, 0.2));
     const PlanarDomain domain = GENERATE_COPY(square(metric), ring(metric), l_shape(metric));
     const PlanarMesh mesh = mesh_domain(domain, metric);
     require_sound(mesh, domain);
@@ -153,7 +157,9 @@ TEST_CASE("In the identity metric the mesh of a domain with a hole is locally De
         if (twin == apex.end()) continue;
         // Opposite angles of the two triangles add up to no more than pi.
         const Vector2d from = mesh.points[edge[0]], to = mesh.points[edge[1]];
-        const auto cosine = [&](int q) { return (from - mesh.points[q]).normalized().dot((to - mesh.points[q]).normalized()); };
+        const auto cosine = [&](int q) {
+            return (from - mesh.points[q]).normalized().dot((to - mesh.points[q]).normalized());
+        };
         REQUIRE(std::acos(cosine(p)) + std::acos(cosine(twin->second)) < kPi + 1e-6);
     }
 }
@@ -193,7 +199,8 @@ TEST_CASE("A scaling by powers of two of the plane gives the same mesh exactly",
     const MetricField isotropic = uniform_metric(0.06);
     const PlanarDomain domain = ring(isotropic);
     const PlanarMesh expected = mesh_domain(domain, isotropic);
-    const Vector2d scale = GENERATE(Vector2d(1024, 0.5), Vector2d(0x1p-20, 0x1p-20), Vector2d(0x1p20, 0x1p20), Vector2d(0x1p-10, 0x1p3));
+    const Vector2d scale =
+        GENERATE(Vector2d(1024, 0.5), Vector2d(0x1p-20, 0x1p-20), Vector2d(0x1p20, 0x1p20), Vector2d(0x1p-10, 0x1p3));
     PlanarDomain scaled = domain;
     for (Vector2d& p : scaled.points) p = p.cwiseProduct(scale);
     const Matrix2d m = (scale.cwiseProduct(scale) * 0.06 * 0.06).cwiseInverse().asDiagonal();
@@ -202,9 +209,11 @@ TEST_CASE("A scaling by powers of two of the plane gives the same mesh exactly",
     CHECK(mesh.triangles == expected.triangles);
 }
 
-TEST_CASE("An anisotropic constant metric gives what a linear map of the isotropic mesh would", "[delaunay][property]") {
-    const Matrix2d map = GENERATE(Matrix2d(Matrix2d{{1, 0.7}, {0, 0.5}}), Matrix2d(Matrix2d{{0.001, 0}, {0, 1}}),
-                                  Matrix2d(Matrix2d{{0.6, -0.8}, {800, 600}}), Matrix2d(Matrix2d{{30, 29}, {0.3, 0.31}}));
+TEST_CASE("An anisotropic constant metric gives what a linear map of the isotropic mesh would",
+          "[delaunay][property]") {
+    const Matrix2d map =
+        GENERATE(Matrix2d(Matrix2d{{1, 0.7}, {0, 0.5}}), Matrix2d(Matrix2d{{0.001, 0}, {0, 1}}),
+                 Matrix2d(Matrix2d{{0.6, -0.8}, {800, 600}}), Matrix2d(Matrix2d{{30, 29}, {0.3, 0.31}}));
     const MetricField isotropic = uniform_metric(0.04);
     const PlanarDomain domain = ring(isotropic);
     const Facts expected = measure(mesh_domain(domain, isotropic), isotropic);
@@ -250,7 +259,8 @@ TEST_CASE("A collapsed side is met as a point", "[delaunay]") {
     CHECK(double(mesh.triangles.size()) == Approx(ideal_count(angle / 2 / (0.03 * 0.03))).epsilon(0.1));
 }
 
-TEST_CASE("A sphere in longitude and latitude is meshed between its poles, drawn as one segment or several", "[delaunay]") {
+TEST_CASE("A sphere in longitude and latitude is meshed between its poles, drawn as one segment or several",
+          "[delaunay]") {
     const double size = 0.08;
     const MetricField metric = [=](const Vector2d& p, int&) {
         const double c = std::abs(p.y()) < kPi / 2 ? std::cos(p.y()) : 0;
@@ -363,7 +373,8 @@ TEST_CASE("The metric is asked inside the domain, with the hint of a nearby poin
     const PlanarMesh mesh = mesh_domain(domain, metric);
     CHECK_FALSE(outside);
     CHECK(farthest < 2 * 0.05);
-    for (std::size_t i = 0; i < mesh.points.size(); ++i) REQUIRE((asked[mesh.hints[i]] - mesh.points[i]).norm() < 1e-12);
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+        REQUIRE((asked[mesh.hints[i]] - mesh.points[i]).norm() < 1e-12);
 }
 
 TEST_CASE("The same input gives the same mesh", "[delaunay]") {
@@ -377,7 +388,8 @@ TEST_CASE("What cannot be meshed is refused", "[delaunay]") {
     const MetricField metric = uniform_metric(1);
     const std::vector<Vector2d> points{{0, 0}, {4, 0}, {4, 4}, {0, 4}, {2, 0}, {2, 2}};
     const auto refused = [&](std::vector<Edge> segments) {
-        CHECK_THROWS_AS(mesh_domain({.points = points, .segments = segments, .hints = {}}, metric), std::invalid_argument);
+        CHECK_THROWS_AS(mesh_domain({.points = points, .segments = segments, .hints = {}}, metric),
+                        std::invalid_argument);
     };
     refused({});
     refused({{0, 1}, {1, 2}, {2, 3}});
@@ -388,7 +400,8 @@ TEST_CASE("What cannot be meshed is refused", "[delaunay]") {
     PlanarDomain domain = square(uniform_metric(0.1));
     CHECK_THROWS_AS(mesh_domain(domain, uniform_metric(0.1), {.max_points = 60}), std::length_error);
     CHECK_THROWS_AS(mesh_domain(domain, uniform_metric(0.1), {.target = 0}), std::invalid_argument);
-    CHECK_THROWS_AS(mesh_domain(domain, uniform_metric(std::numeric_limits<double>::quiet_NaN())), std::invalid_argument);
+    CHECK_THROWS_AS(mesh_domain(domain, uniform_metric(std::numeric_limits<double>::quiet_NaN())),
+                    std::invalid_argument);
     domain.points.push_back(domain.points[3]);
     CHECK_THROWS_AS(mesh_domain(domain, uniform_metric(0.1)), std::invalid_argument);
 }

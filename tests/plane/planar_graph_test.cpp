@@ -22,7 +22,9 @@ void add_loop(PlanarGraph& graph, const std::vector<Eigen::Vector2d>& corners) {
     }
 }
 
-std::vector<Eigen::Vector2d> square(double low, double high) { return {{low, low}, {high, low}, {high, high}, {low, high}}; }
+std::vector<Eigen::Vector2d> square(double low, double high) {
+    return {{low, low}, {high, low}, {high, high}, {low, high}};
+}
 
 std::vector<Eigen::Vector2d> circle(double x, double y, double radius, int sides) {
     std::vector<Eigen::Vector2d> corners;
@@ -35,7 +37,8 @@ std::vector<Eigen::Vector2d> circle(double x, double y, double radius, int sides
 
 double area(const TriangleSoup& soup) {
     double sum = 0;
-    for (const auto& [a, b, c] : soup.triangles) sum += (soup.points[b] - soup.points[a]).cross(soup.points[c] - soup.points[a]).z() / 2;
+    for (const auto& [a, b, c] : soup.triangles)
+        sum += (soup.points[b] - soup.points[a]).cross(soup.points[c] - soup.points[a]).z() / 2;
     return sum;
 }
 
@@ -43,7 +46,9 @@ bool has_edges(const TriangleSoup& soup) {
     std::set<std::array<int, 2>> sides;
     for (const Triangle& t : soup.triangles)
         for (int k = 0; k < 3; ++k) sides.insert({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
-    return std::all_of(soup.edges.begin(), soup.edges.end(), [&](const auto& e) { return sides.contains({std::min(e[0], e[1]), std::max(e[0], e[1])}); });
+    return std::all_of(soup.edges.begin(), soup.edges.end(), [&](const auto& e) {
+        return sides.contains({std::min(e[0], e[1]), std::max(e[0], e[1])});
+    });
 }
 
 std::string refusal_of(const PlanarGraph& graph) {
@@ -76,8 +81,9 @@ TEST_CASE("outlines in outlines are holes, those in holes islands", "[exact]") {
 
 TEST_CASE("regions that share segments are both inside, a hole may touch the border in a point", "[exact]") {
     // Two squares side by side, in the second one a triangle that touches its side.
-    PlanarGraph graph{.points = {{0, 0}, {2, 0}, {4, 0}, {4, 2}, {2, 2}, {0, 2}, {4, 1}, {3, 0.5}, {3, 1.5}},
-                      .segments = {{0, 1}, {1, 4}, {4, 5}, {5, 0}, {1, 2}, {2, 6}, {6, 3}, {3, 4}, {6, 8}, {8, 7}, {7, 6}}};
+    PlanarGraph graph{
+        .points = {{0, 0}, {2, 0}, {4, 0}, {4, 2}, {2, 2}, {0, 2}, {4, 1}, {3, 0.5}, {3, 1.5}},
+        .segments = {{0, 1}, {1, 4}, {4, 5}, {5, 0}, {1, 2}, {2, 6}, {6, 3}, {3, 4}, {6, 8}, {8, 7}, {7, 6}}};
     const TriangleSoup soup = triangulate(graph);
     CHECK(area(soup) == Approx(8 - 0.5).epsilon(1e-14));
     CHECK(std::set<int>(soup.labels.begin(), soup.labels.end()) == std::set<int>{1, 2});
@@ -105,13 +111,16 @@ TEST_CASE("lines and points inside are kept, with labels and corners", "[exact]"
 }
 
 TEST_CASE("what is wrong with a planar domain is named with its place", "[exact]") {
-    PlanarGraph crossing{.points = {{0, 0}, {2, 0}, {0, 2}, {2, 2}}, .segments = {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, .first_number = 1};
+    PlanarGraph crossing{
+        .points = {{0, 0}, {2, 0}, {0, 2}, {2, 2}}, .segments = {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, .first_number = 1};
     CHECK_THAT(refusal_of(crossing), Catch::Contains("crosses") && Catch::Contains("(1, 1)"));
     PlanarGraph open{.points = {{0, 0}, {2, 0}, {2, 2}}, .segments = {{0, 1}, {1, 2}}, .first_number = 1};
     CHECK_THAT(refusal_of(open), Catch::Contains("enclose nothing") && Catch::Contains("open at point 1 at (0, 0)"));
-    PlanarGraph repeated{.points = {{0, 0}, {2, 0}, {2, 2}, {2, 0}}, .segments = {{0, 1}, {3, 2}, {2, 0}}, .first_number = 1};
+    PlanarGraph repeated{
+        .points = {{0, 0}, {2, 0}, {2, 2}, {2, 0}}, .segments = {{0, 1}, {3, 2}, {2, 0}}, .first_number = 1};
     CHECK_THAT(refusal_of(repeated), Catch::Contains("coincides with point") && Catch::Contains("(2, 0)"));
-    PlanarGraph touching{.points = {{0, 0}, {2, 0}, {2, 2}, {1, 0}, {1.5, 1}}, .segments = {{0, 1}, {1, 2}, {2, 0}, {3, 4}}};
+    PlanarGraph touching{.points = {{0, 0}, {2, 0}, {2, 2}, {1, 0}, {1.5, 1}},
+                         .segments = {{0, 1}, {1, 2}, {2, 0}, {3, 4}}};
     CHECK_THAT(refusal_of(touching), Catch::Contains("segment 0-1 touches point 3 at (1, 0)"));
     PlanarGraph outside;
     add_loop(outside, square(0, 1));
@@ -142,9 +151,13 @@ TEST_CASE("areas of random holes, holes in holes and lines agree with those of t
     std::vector<Eigen::Vector3d> discs;
     while (discs.size() < 40) {
         const double radius = 0.005 + 0.08 * uniform(random);
-        const Eigen::Vector2d at(radius + (1 - 2 * radius) * uniform(random), radius + (1 - 2 * radius) * uniform(random));
-        const auto meets = [&](const Eigen::Vector3d& disc) { return (disc.head<2>() - at).norm() < disc.z() + radius; };
-        if (std::min({at.x(), at.y(), 1 - at.x(), 1 - at.y()}) <= radius || std::any_of(discs.begin(), discs.end(), meets)) {
+        const Eigen::Vector2d at(radius + (1 - 2 * radius) * uniform(random),
+                                 radius + (1 - 2 * radius) * uniform(random));
+        const auto meets = [&](const Eigen::Vector3d& disc) {
+            return (disc.head<2>() - at).norm() < disc.z() + radius;
+        };
+        if (std::min({at.x(), at.y(), 1 - at.x(), 1 - at.y()}) <= radius ||
+            std::any_of(discs.begin(), discs.end(), meets)) {
             if (uniform(random) < 0.01) break;
             continue;
         }
@@ -163,5 +176,6 @@ TEST_CASE("areas of random holes, holes in holes and lines agree with those of t
     CHECK(area(soup) == Approx(expected).epsilon(1e-12));
     CHECK(has_edges(soup));
     CHECK(is_manifold(diagnose(soup)));
-    for (const auto& [a, b, c] : soup.triangles) CHECK((soup.points[b] - soup.points[a]).cross(soup.points[c] - soup.points[a]).z() > 0);
+    for (const auto& [a, b, c] : soup.triangles)
+        CHECK((soup.points[b] - soup.points[a]).cross(soup.points[c] - soup.points[a]).z() > 0);
 }

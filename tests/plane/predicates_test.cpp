@@ -34,7 +34,8 @@ TEST_CASE("orient2d agrees with rational arithmetic on nearly collinear points",
     int signs[3] = {0, 0, 0};
     for (int i = 0; i < 4000; ++i) {
         const Vector2d offset = i % 2 ? Vector2d(12.5, -3.25) : Vector2d(0, 0);
-        const Vector2d a = scale * (Vector2d(unit(random), unit(random)) + offset), direction(unit(random), unit(random));
+        const Vector2d a = scale * (Vector2d(unit(random), unit(random)) + offset),
+                       direction(unit(random), unit(random));
         const Vector2d b = a + scale * direction;
         Vector2d c = a + scale * (i % 3 ? unit(random) : 0.5) * direction;
         for (int k = 0; k < std::abs(ulps(random)); ++k) c.x() = std::nextafter(c.x(), 1e9);

@@ -124,8 +124,10 @@ TEST_CASE("a proof from mesh to mesh finds what the plain measure finds of each"
         const DistanceTarget over(mesh.view());
         const double from_mesh = base.target.measure_from(mesh.view(), {.precision = 1e-3}).largest,
                      from_reference = over.measure_from(base.mesh.view(), {.precision = 1e-3}).largest;
-        check_same(proved.deviation.from_mesh, base.target.measure_from(mesh.view(), {.limit = limit}), from_mesh, limit);
-        check_same(proved.deviation.from_reference, over.measure_from(base.mesh.view(), {.limit = limit}), from_reference, limit);
+        check_same(proved.deviation.from_mesh, base.target.measure_from(mesh.view(), {.limit = limit}), from_mesh,
+                   limit);
+        check_same(proved.deviation.from_reference, over.measure_from(base.mesh.view(), {.limit = limit}),
+                   from_reference, limit);
         CHECK(proved.at_fault.empty() == (std::max(from_mesh, from_reference) <= limit));
         for (const TooFar& f : proved.at_fault) CHECK((f.triangle >= 0 && f.triangle < std::ssize(mesh.triangles)));
         ++(proved.at_fault.empty() ? kept : not_kept);
@@ -179,7 +181,8 @@ TEST_CASE("triangles under vertices that are not known, or far from them, change
     const std::vector<int> none(made.mesh.points.size(), -1), first(made.mesh.points.size(), 0);
     for (const double share : {0.7, 1.1})
         for (const auto& under : {none, first})
-            CHECK(DeviationProof(base.view(), share * limit).prove(made.mesh.view(), under).at_fault.empty() == (share > 1));
+            CHECK(DeviationProof(base.view(), share * limit).prove(made.mesh.view(), under).at_fault.empty() ==
+                  (share > 1));
 }
 
 TEST_CASE("a deviation is no less than that of samples, and proofs name what is wrong with them", "[property]") {
@@ -207,10 +210,13 @@ Part part_at(const Mesh& mesh, int v) {
     std::set<int> near;
     const auto has = [](const Triangle& t, int vertex) { return std::find(t.begin(), t.end(), vertex) != t.end(); };
     for (int t = 0; t < std::ssize(mesh.triangles); ++t)
-        if (has(mesh.triangles[t], v)) chosen.push_back(t), near.insert(mesh.triangles[t].begin(), mesh.triangles[t].end());
+        if (has(mesh.triangles[t], v))
+            chosen.push_back(t), near.insert(mesh.triangles[t].begin(), mesh.triangles[t].end());
     part.changed = static_cast<int>(chosen.size());
     for (int t = 0; t < std::ssize(mesh.triangles); ++t)
-        if (!has(mesh.triangles[t], v) && std::any_of(near.begin(), near.end(), [&](int x) { return has(mesh.triangles[t], x); })) chosen.push_back(t);
+        if (!has(mesh.triangles[t], v) &&
+            std::any_of(near.begin(), near.end(), [&](int x) { return has(mesh.triangles[t], x); }))
+            chosen.push_back(t);
     std::map<int, int> number;
     for (const int t : chosen) {
         Triangle own = mesh.triangles[t];
@@ -226,7 +232,8 @@ Part part_at(const Mesh& mesh, int v) {
 
 }  // namespace
 
-TEST_CASE("a part of a mesh keeps the limit where the mesh does, and not where a vertex of either surface sticks out", "[property]") {
+TEST_CASE("a part of a mesh keeps the limit where the mesh does, and not where a vertex of either surface sticks out",
+          "[property]") {
     const Case made = case_of(0);
     Mesh surface = made.surface;
     double deviation = 0;
@@ -244,11 +251,13 @@ TEST_CASE("a part of a mesh keeps the limit where the mesh does, and not where a
     for (int v = 0; v < std::ssize(made.mesh.points); v += 7) {
         CAPTURE(v);
         Part part = part_at(made.mesh, v);
-        const bool under_spike = DistanceTarget({part.mesh.points, std::span(part.mesh.triangles).first(part.changed)}).distance(surface.points[spike]) <
+        const bool under_spike = DistanceTarget({part.mesh.points, std::span(part.mesh.triangles).first(part.changed)})
+                                     .distance(surface.points[spike]) <
                                  DistanceTarget(made.mesh.view()).distance(surface.points[spike]) * (1 + 1e-12);
         beside_spike += under_spike;
         const bool near_spike = (made.mesh.points[v] - surface.points[spike]).norm() < 0.5;
-        if (!near_spike || under_spike) CHECK(proof.is_kept_by(part.mesh.view(), part.changed, base.under(part.mesh)) == !under_spike);
+        if (!near_spike || under_spike)
+            CHECK(proof.is_kept_by(part.mesh.view(), part.changed, base.under(part.mesh)) == !under_spike);
         if (near_spike) continue;
         // A point that is asked for counts wherever it is.
         CHECK(proof.is_kept_by(part.mesh.view(), part.changed, base.under(part.mesh), part.mesh.points[0]));

@@ -22,8 +22,10 @@ void check_against(const PatchModel& model, const PlacedTriangles& mesh, const D
     const MeshEdges edges = edges_of(mesh.view());
     const DistanceReport report = measure_distance(model, mesh.placed(), edges);
     double midpoint = 0, centroid = 0;
-    for (const auto& [a, b] : edges.ends) midpoint = std::max(midpoint, distance((mesh.points[a] + mesh.points[b]) / 2));
-    for (const auto& [a, b, c] : mesh.triangles) centroid = std::max(centroid, distance((mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3));
+    for (const auto& [a, b] : edges.ends)
+        midpoint = std::max(midpoint, distance((mesh.points[a] + mesh.points[b]) / 2));
+    for (const auto& [a, b, c] : mesh.triangles)
+        centroid = std::max(centroid, distance((mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3));
     CHECK(report.vertices.max < 1e-14);
     CHECK(report.midpoints.max * report.diagonal == Approx(midpoint));
     CHECK(report.centroids.max * report.diagonal == Approx(centroid));
@@ -32,10 +34,12 @@ void check_against(const PatchModel& model, const PlacedTriangles& mesh, const D
 
 }  // namespace
 
-TEST_CASE("distance to a sphere is the gap below its radius, across the seam and at the poles too", "[quality][exact]") {
+TEST_CASE("distance to a sphere is the gap below its radius, across the seam and at the poles too",
+          "[quality][exact]") {
     const PatchModel model = model_of(make_sphere({1, 2, 3}, 2));
     const int n = GENERATE(6, 20);
-    check_against(model, mesh_of(model, n, n / 2), [](const Vector3d& p) { return std::abs((p - Vector3d(1, 2, 3)).norm() - 2); });
+    check_against(model, mesh_of(model, n, n / 2),
+                  [](const Vector3d& p) { return std::abs((p - Vector3d(1, 2, 3)).norm() - 2); });
 }
 
 TEST_CASE("distance to a torus and to a cylinder has a closed form", "[quality][exact]") {
@@ -43,7 +47,8 @@ TEST_CASE("distance to a torus and to a cylinder has a closed form", "[quality][
     check_against(torus_model, mesh_of(torus_model, 24, 12),
                   [](const Vector3d& p) { return std::abs(std::hypot(std::hypot(p[0], p[1]) - 3, p[2]) - 1); });
     const PatchModel cylinder = model_of(make_cylinder({0, 0, 0}, 1, 4));
-    check_against(cylinder, mesh_of(cylinder, 12, 5), [](const Vector3d& p) { return std::abs(std::hypot(p[0], p[1]) - 1); });
+    check_against(cylinder, mesh_of(cylinder, 12, 5),
+                  [](const Vector3d& p) { return std::abs(std::hypot(p[0], p[1]) - 1); });
 }
 
 TEST_CASE("the gap of midpoints shrinks with the square of the edges", "[quality][converges]") {
@@ -82,7 +87,8 @@ TEST_CASE("a foot beyond a pole is found from anywhere near it", "[quality]") {
     CHECK(project(model, .9 * foot, {0, {longitude, kPi / 2}}).distance == Approx(.1));
 }
 
-TEST_CASE("normals of a mesh of a sphere lean by half an edge, and all the way round when turned inside out", "[quality]") {
+TEST_CASE("normals of a mesh of a sphere lean by half an edge, and all the way round when turned inside out",
+          "[quality]") {
     const PatchModel model = model_of(make_sphere({0, 0, 0}, 1));
     PlacedTriangles mesh = mesh_of(model, 40, 20);
     NormalReport report = measure_normals(model, mesh.placed());
@@ -133,11 +139,13 @@ TEST_CASE("a mesh of the teapot is measured across its curves and poles", "[qual
         for (int patch = 0; patch < model.num_patches(); ++patch) {
             if (model.component(patch) != model.component(mesh.places[edge.ends[0]].patch)) continue;
             for (int j = 0; j <= n; ++j)
-                for (int i = 0; i <= n; ++i) nearest = std::min(nearest, (p - model.position({patch, {double(i) / n, double(j) / n}})).norm());
+                for (int i = 0; i <= n; ++i)
+                    nearest = std::min(nearest, (p - model.position({patch, {double(i) / n, double(j) / n}})).norm());
         }
         CHECK(edge.value * report.diagonal <= nearest * (1 + 1e-9));
     }
-    // The triangles follow the orientation of the model, and its normals once they are fine enough for the knob and the spout.
+    // The triangles follow the orientation of the model, and its normals once they are fine enough for the knob and the
+    // spout.
     CHECK(measure_normals(model, mesh_of(model, 20, 20).placed()).over_45 == 0);
 }
 
@@ -145,7 +153,8 @@ TEST_CASE("places must fit the mesh and the model", "[quality]") {
     const PatchModel model = model_of(unit_square(0));
     PlacedTriangles mesh = mesh_of(model, 2, 2);
     mesh.places[3].patch = 7;
-    CHECK_THROWS_WITH(measure_distance(model, mesh.placed(), edges_of(mesh.view())), Catch::Contains("vertex 3") && Catch::Contains("7"));
+    CHECK_THROWS_WITH(measure_distance(model, mesh.placed(), edges_of(mesh.view())),
+                      Catch::Contains("vertex 3") && Catch::Contains("7"));
     mesh.places.pop_back();
     CHECK_THROWS_AS(measure_normals(model, mesh.placed()), std::invalid_argument);
 }

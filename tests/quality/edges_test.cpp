@@ -12,8 +12,9 @@ TEST_CASE("in a constant size map a metric length is the length over the size", 
     const Mesh mesh = square(10);
     const MeshEdges edges = edges_of(mesh.view());
     const double h = .1;
-    for (const std::vector<double>& lengths : {metric_lengths(mesh.view(), edges, std::vector<double>(mesh.points.size(), h)),
-                                               metric_lengths(mesh.view(), edges, [&](const Vector3d&, int&) { return h; })}) {
+    for (const std::vector<double>& lengths :
+         {metric_lengths(mesh.view(), edges, std::vector<double>(mesh.points.size(), h)),
+          metric_lengths(mesh.view(), edges, [&](const Vector3d&, int&) { return h; })}) {
         const EdgeReport report = measure_edges(edges, lengths);
         CHECK(report.length.min == Approx(1));
         CHECK(report.length.max == Approx(std::sqrt(2.)));
@@ -33,11 +34,13 @@ TEST_CASE("metric lengths of one edge have closed forms", "[quality][exact]") {
     const MeshEdges edges = edges_of(mesh.view());
     const double h0 = .5, h1 = 2;
     SECTION("sizes at the ends, geometric between") {
-        CHECK(metric_lengths(mesh.view(), edges, std::vector<double>{h0, h1, 1})[0] == Approx(2 * (h1 - h0) / (h0 * h1 * std::log(h1 / h0))));
+        CHECK(metric_lengths(mesh.view(), edges, std::vector<double>{h0, h1, 1})[0] ==
+              Approx(2 * (h1 - h0) / (h0 * h1 * std::log(h1 / h0))));
     }
     SECTION("the same map asked along the edge") {
         const auto size = [&](const Vector3d& p, int&) { return h0 * std::pow(h1 / h0, p[0] / 2); };
-        CHECK(metric_lengths(mesh.view(), edges, size)[0] == Approx(2 * (h1 - h0) / (h0 * h1 * std::log(h1 / h0))).epsilon(1e-6));
+        CHECK(metric_lengths(mesh.view(), edges, size)[0] ==
+              Approx(2 * (h1 - h0) / (h0 * h1 * std::log(h1 / h0))).epsilon(1e-6));
     }
     SECTION("a map that is linear along the edge has a logarithm for its length") {
         const auto size = [&](const Vector3d& p, int&) { return h0 + (h1 - h0) * p[0] / 2; };
@@ -64,7 +67,8 @@ TEST_CASE("hints travel along edges and start where the vertex says", "[quality]
     const MeshEdges edges = edges_of(mesh.view());
     const std::vector<int> hints{10, 11, 12, 13, 14, 15};
     std::vector<int> seen;
-    metric_lengths(mesh.view(), edges, [&](const Vector3d&, int& hint) { return seen.push_back(hint), hint += 100, 1.; }, hints);
+    metric_lengths(
+        mesh.view(), edges, [&](const Vector3d&, int& hint) { return seen.push_back(hint), hint += 100, 1.; }, hints);
     REQUIRE(seen.size() == 5 * edges.ends.size());
     for (int e = 0; e < edges.size(); ++e)
         for (int i = 0; i < 5; ++i) CHECK(seen[5 * e + i] == hints[edges.ends[e][0]] + 100 * i);
@@ -95,8 +99,10 @@ TEST_CASE("sizes must be positive and as many as vertices, and infinite ones hav
     CHECK_THROWS_AS(metric_lengths(mesh.view(), edges, std::vector<double>{1, 0, 1}), std::invalid_argument);
     CHECK_THROWS_AS(metric_lengths(mesh.view(), edges, std::vector<double>{1, std::nan(""), 1}), std::invalid_argument);
     CHECK_THROWS_AS(metric_lengths(mesh.view(), edges, std::vector<double>{1, 1}), std::invalid_argument);
-    CHECK_THROWS_AS(metric_lengths(mesh.view(), edges, [](const Vector3d&, int&) { return -1.; }), std::invalid_argument);
-    const EdgeReport report = measure_edges(edges, metric_lengths(mesh.view(), edges, std::vector<double>(3, infinity)));
+    CHECK_THROWS_AS(metric_lengths(mesh.view(), edges, [](const Vector3d&, int&) { return -1.; }),
+                    std::invalid_argument);
+    const EdgeReport report =
+        measure_edges(edges, metric_lengths(mesh.view(), edges, std::vector<double>(3, infinity)));
     CHECK(report.length.max == 0);
     CHECK(report.short_share == 1);
     CHECK(report.efficiency == Approx(std::exp(-1)));

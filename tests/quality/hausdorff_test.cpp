@@ -20,7 +20,8 @@ namespace {
 double brute_distance(const Mesh& target, const Vector3d& p) {
     double least = std::numeric_limits<double>::infinity();
     for (const Triangle& t : target.triangles)
-        least = std::min(least, (p - closest_point(p, target.points[t[0]], target.points[t[1]], target.points[t[2]])).norm());
+        least = std::min(least,
+                         (p - closest_point(p, target.points[t[0]], target.points[t[1]], target.points[t[2]])).norm());
     return least;
 }
 
@@ -31,15 +32,16 @@ double sampled(const Mesh& target, const Mesh& from, int triangle, int n) {
     for (int i = 0; i <= n; ++i)
         for (int j = 0; i + j <= n; ++j) {
             const double b = double(i) / n, c = double(j) / n;
-            largest =
-                std::max(largest, brute_distance(target, (1 - b - c) * from.points[t[0]] + b * from.points[t[1]] + c * from.points[t[2]]));
+            largest = std::max(largest, brute_distance(target, (1 - b - c) * from.points[t[0]] + b * from.points[t[1]] +
+                                                                   c * from.points[t[2]]));
         }
     return largest;
 }
 
 double sampled(const Mesh& target, const Mesh& from, int n) {
     double largest = 0;
-    for (int t = 0; t < static_cast<int>(from.triangles.size()); ++t) largest = std::max(largest, sampled(target, from, t, n));
+    for (int t = 0; t < static_cast<int>(from.triangles.size()); ++t)
+        largest = std::max(largest, sampled(target, from, t, n));
     return largest;
 }
 
@@ -54,7 +56,8 @@ Mesh bumpy(int n, unsigned seed, double height = 0.03) {
         n,
         [&](double x, double y) {
             double z = 0;
-            for (const auto& [a, b, c, d] : waves) z += height * (0.5 + d) * std::sin(6 * (a - 0.5) * x + 6 * (b - 0.5) * y + 6 * c);
+            for (const auto& [a, b, c, d] : waves)
+                z += height * (0.5 + d) * std::sin(6 * (a - 0.5) * x + 6 * (b - 0.5) * y + 6 * c);
             return z;
         },
         0.3, seed);
@@ -62,7 +65,8 @@ Mesh bumpy(int n, unsigned seed, double height = 0.03) {
 
 }  // namespace
 
-TEST_CASE("the distance of bumpy surfaces is that of samples, never below, and its bounds are close together", "[property]") {
+TEST_CASE("the distance of bumpy surfaces is that of samples, never below, and its bounds are close together",
+          "[property]") {
     const unsigned seed = GENERATE(range(1u, 9u));
     const Mesh a = bumpy(7, seed), b = bumpy(5, seed + 100 * (seed % 2));
     CAPTURE(seed);
@@ -110,7 +114,8 @@ TEST_CASE("the same surface cut otherwise is at no distance", "[exact]") {
 }
 
 TEST_CASE("needles over a fine mesh and back: the bounds are close together", "[exact]") {
-    const Mesh needles = triangulations::capped_cylinder(400, 1, 1, 30, 1), fine = triangulations::capped_cylinder(24, 60, 1, 30, 4);
+    const Mesh needles = triangulations::capped_cylinder(400, 1, 1, 30, 1),
+               fine = triangulations::capped_cylinder(24, 60, 1, 30, 4);
     const double sagitta = 1 - std::cos(std::numbers::pi / 24);
     for (const auto& [from, to] : {std::pair(&needles, &fine), std::pair(&fine, &needles)}) {
         const OneSidedDistance d = DistanceTarget(to->view()).measure_from(from->view());
@@ -124,7 +129,8 @@ TEST_CASE("a spike is far from the plane, and the plane is near to the spike", "
     const Mesh plane{{{0, 0, 0}, {3, 0, 0}, {0, 3, 0}}, {{0, 1, 2}}};
     const Vector3d a(1, 1, 0), b(1.01, 1, 0), c(1, 1.01, 0), top(1.003, 1.003, 2);
     Mesh spiked{{plane.points[0], plane.points[1], plane.points[2], a, b, c, top}, {}};
-    spiked.triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}, {2, 0, 3}, {2, 3, 5}, {3, 4, 6}, {4, 5, 6}, {5, 3, 6}};
+    spiked.triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}, {2, 0, 3},
+                        {2, 3, 5}, {3, 4, 6}, {4, 5, 6}, {5, 3, 6}};
     CHECK(DistanceTarget(plane.view()).measure_from(spiked.view()).largest == Approx(2));
     CHECK(DistanceTarget(spiked.view()).measure_from(plane.view()).bound < 0.011);
     const OneSidedDistance limited = DistanceTarget(plane.view()).measure_from(spiked.view(), {.limit = 0.5});
@@ -149,7 +155,8 @@ TEST_CASE("a hole is found from the surface that has none", "[exact]") {
     CHECK(d.bound <= d.largest * 1.02 + 1e-12);
 }
 
-TEST_CASE("with a limit, the bound is within it exactly where no triangle is beyond, and those beyond are", "[property]") {
+TEST_CASE("with a limit, the bound is within it exactly where no triangle is beyond, and those beyond are",
+          "[property]") {
     const unsigned seed = GENERATE(range(1u, 7u));
     const Mesh a = bumpy(6, seed), b = bumpy(5, seed);
     const DistanceTarget target(b.view());
@@ -170,13 +177,15 @@ TEST_CASE("with a limit, the bound is within it exactly where no triangle is bey
             CHECK((far.point - closest_point(far.point, b.points[t[0]], b.points[t[1]], b.points[t[2]])).norm() ==
                   Approx(far.distance).epsilon(1e-9));
         }
-        CHECK(std::is_sorted(d.beyond.begin(), d.beyond.end(), [](const TooFar& x, const TooFar& y) { return x.triangle < y.triangle; }));
+        CHECK(std::is_sorted(d.beyond.begin(), d.beyond.end(),
+                             [](const TooFar& x, const TooFar& y) { return x.triangle < y.triangle; }));
         for (int t = 0; t < static_cast<int>(a.triangles.size()); ++t)
             if (sampled(b, a, t, 6) > limit * (1 + 1e-9)) CHECK(named.count(t) == 1);
     }
 }
 
-TEST_CASE("samples name the triangles of which the middle or that of a side is beyond a limit, by the largest of them", "[property]") {
+TEST_CASE("samples name the triangles of which the middle or that of a side is beyond a limit, by the largest of them",
+          "[property]") {
     const unsigned seed = GENERATE(range(1u, 4u));
     const Mesh target = bumpy(9, seed), from = bumpy(6, seed + 10);
     const DistanceTarget surface({target.points, target.triangles});
@@ -190,9 +199,11 @@ TEST_CASE("samples name the triangles of which the middle or that of a side is b
     }
     std::size_t beyond = 0;
     for (int t = 0; t < static_cast<int>(from.triangles.size()); ++t) {
-        const Vector3d &a = from.points[from.triangles[t][0]], &b = from.points[from.triangles[t][1]], &c = from.points[from.triangles[t][2]];
+        const Vector3d &a = from.points[from.triangles[t][0]], &b = from.points[from.triangles[t][1]],
+                       &c = from.points[from.triangles[t][2]];
         double largest = 0;
-        for (const Vector3d& p : {Vector3d((a + b + c) / 3), Vector3d((a + b) / 2), Vector3d((b + c) / 2), Vector3d((c + a) / 2)})
+        for (const Vector3d& p :
+             {Vector3d((a + b + c) / 3), Vector3d((a + b) / 2), Vector3d((b + c) / 2), Vector3d((c + a) / 2)})
             largest = std::max(largest, brute_distance(target, p));
         CHECK(named.count(t) == (largest > limit));
         if (largest > limit) CHECK(named[t] == Approx(largest).epsilon(1e-12));
@@ -204,11 +215,12 @@ TEST_CASE("samples name the triangles of which the middle or that of a side is b
 
 TEST_CASE("a sphere is as far from its inscribed triangulation as its facets are deep", "[property]") {
     const Mesh coarse = triangulations::sphere(3),
-               fine =
-                   triangulations::halved(triangulations::halved(coarse, triangulations::sphere_known(1)), triangulations::sphere_known(1));
+               fine = triangulations::halved(triangulations::halved(coarse, triangulations::sphere_known(1)),
+                                             triangulations::sphere_known(1));
     double deepest = 0;
     for (const Triangle& t : coarse.triangles) {
-        const Vector3d n = (coarse.points[t[1]] - coarse.points[t[0]]).cross(coarse.points[t[2]] - coarse.points[t[0]]).normalized();
+        const Vector3d n =
+            (coarse.points[t[1]] - coarse.points[t[0]]).cross(coarse.points[t[2]] - coarse.points[t[0]]).normalized();
         deepest = std::max(deepest, 1 - n.dot(coarse.points[t[0]]));
     }
     const OneSidedDistance d = DistanceTarget(coarse.view()).measure_from(fine.view());

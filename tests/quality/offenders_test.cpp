@@ -1,4 +1,5 @@
-// Offenders are counted, put together by place, and each has its cause where the features, the sizes or frozen elements force it.
+// Offenders are counted, put together by place, and each has its cause where the features, the sizes or frozen elements
+// force it.
 #include "gradus/quality/offenders.hpp"
 
 #include <catch2/catch.hpp>
@@ -62,7 +63,8 @@ void check_sums(const TriangleSoup& soup, const OffenderReport& report) {
     CHECK(quality.count == report.quality.count);
     CHECK(angle.count == report.angle.count);
     CHECK(ratio.count == report.edge_ratio.count);
-    CHECK(unexplained == report.unexplained_quality.count + report.unexplained_angle.count + report.unexplained_edge_ratio.count);
+    CHECK(unexplained ==
+          report.unexplained_quality.count + report.unexplained_angle.count + report.unexplained_edge_ratio.count);
     std::size_t below = 0;
     double worst = 1;
     for (const auto& [a, b, c] : soup.triangles) {
@@ -104,7 +106,8 @@ TEST_CASE("in a wedge of 10 degrees the corner is the cause", "[quality]") {
 
     // A wide one is no cause.
     const TriangleSoup wide = sector(70, 3);
-    for (const OffenderGroup& g : find_offenders(view(wide), {.limits = {.quality = 0.99}}).groups) CHECK(g.cause.kind == Kind::None);
+    for (const OffenderGroup& g : find_offenders(view(wide), {.limits = {.quality = 0.99}}).groups)
+        CHECK(g.cause.kind == Kind::None);
 }
 
 TEST_CASE("the point of a needle is the cause of its narrow triangles", "[quality]") {
@@ -117,7 +120,10 @@ TEST_CASE("the point of a needle is the cause of its narrow triangles", "[qualit
     std::size_t triangles = 0;
     for (const auto& [a, b, c] : soup.triangles)
         for (const auto& [p, q, r] : {std::array{a, b, c}, std::array{b, c, a}, std::array{c, a, b}})
-            if (p == 0) ++triangles, around += std::acos((soup.points[q] - soup.points[0]).normalized().dot((soup.points[r] - soup.points[0]).normalized()));
+            if (p == 0)
+                ++triangles, around += std::acos((soup.points[q] - soup.points[0])
+                                                     .normalized()
+                                                     .dot((soup.points[r] - soup.points[0]).normalized()));
     REQUIRE(around < std::acos(0.0));
     CHECK(report.angle.count == triangles);
     CHECK(report.unexplained_angle.count == 0);
@@ -142,7 +148,8 @@ TEST_CASE("on a box flatter than the size, corners and edges near each other are
         box.points.push_back(p);
     }
     for (const Triangle& t : soup.triangles)
-        if (number[t[0]] >= 0 && number[t[1]] >= 0 && number[t[2]] >= 0) box.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
+        if (number[t[0]] >= 0 && number[t[1]] >= 0 && number[t[2]] >= 0)
+            box.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
     const auto find = [&](double x, double y, double z) {
         for (std::size_t v = 0; v < box.points.size(); ++v)
             if ((box.points[v] - Vector3d(x, y, z)).norm() < 1e-9) return static_cast<int>(v);
@@ -212,7 +219,9 @@ TEST_CASE("elements that grow from between two close corners to the size have th
     TriangleSoup sheet = triangulations::soup(testing::square(n));
     const auto at = [&](int i, int j) {
         return static_cast<int>(std::find_if(sheet.points.begin(), sheet.points.end(),
-                                             [&](const Vector3d& p) { return (p - Vector3d(i / double(n), j / double(n), 0)).norm() < 1e-9; }) -
+                                             [&](const Vector3d& p) {
+                                                 return (p - Vector3d(i / double(n), j / double(n), 0)).norm() < 1e-9;
+                                             }) -
                                 sheet.points.begin());
     };
     const int corner = at(4, 0), other = at(5, 0), above = at(4, 1), beyond = at(4, 2);
@@ -224,11 +233,14 @@ TEST_CASE("elements that grow from between two close corners to the size have th
     const KnownFeatures with{.corners = corners}, without{};
     std::size_t unexplained = 0;
     for (const bool known : {true, false}) {
-        const OffenderReport report = find_offenders(view(sheet), {.sizes = sizes, .features = known ? &with : &without});
+        const OffenderReport report =
+            find_offenders(view(sheet), {.sizes = sizes, .features = known ? &with : &without});
         for (const OffenderGroup& g : report.groups)
             if (g.cause.kind == Kind::NearCorners) CHECK(g.cause.value == Approx(0.01));
-        if (known) unexplained = report.unexplained_angle.count;
-        else CHECK(report.unexplained_angle.count > unexplained + 3);
+        if (known)
+            unexplained = report.unexplained_angle.count;
+        else
+            CHECK(report.unexplained_angle.count > unexplained + 3);
     }
     // Farther off than the size nothing is theirs.
     sheet.points[at(4, 8)].y() = 0.705;
@@ -269,7 +281,8 @@ TEST_CASE("no more places are listed than asked for, the worst of them", "[quali
     TriangleSoup soup;
     for (int i = 0; i < 5; ++i) {
         const int n = static_cast<int>(soup.points.size());
-        soup.points.insert(soup.points.end(), {{10.0 * i, 0, 0}, {10.0 * i + 1, 0, 0}, {10.0 * i + 0.5, 0.05 + 0.01 * i, 0}});
+        soup.points.insert(soup.points.end(),
+                           {{10.0 * i, 0, 0}, {10.0 * i + 1, 0, 0}, {10.0 * i + 0.5, 0.05 + 0.01 * i, 0}});
         soup.triangles.push_back({n, n + 1, n + 2});
     }
     const KnownFeatures none;
@@ -280,7 +293,10 @@ TEST_CASE("no more places are listed than asked for, the worst of them", "[quali
     CHECK(report.quality.count == 5);
 }
 
-TEST_CASE("a tube that is narrower than its elements leaves them no room, in the middle of a wide one nothing forces a needle", "[quality]") {
+TEST_CASE(
+    "a tube that is narrower than its elements leaves them no room, in the middle of a wide one nothing forces a "
+    "needle",
+    "[quality]") {
     const KnownFeatures none;
     const int sides = GENERATE(3, 12);
     const double radius = 0.15 * sides / 3;

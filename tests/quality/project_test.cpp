@@ -30,7 +30,8 @@ TEST_CASE("the places of a point on shared curves and corners are one point", "[
             const std::vector<SurfacePoint> places = places_of(model, at);
             CHECK(places[0].uv == at.uv);
             shared += places.size() > 1;
-            for (const SurfacePoint& place : places) CHECK((model.position(place) - model.position(at)).norm() < 1e-9 * model.diagonal());
+            for (const SurfacePoint& place : places)
+                CHECK((model.position(place) - model.position(at)).norm() < 1e-9 * model.diagonal());
         }
         CHECK(places_of(model, {patch, (domain.min + domain.max) / 2}).size() == 1);
     }
@@ -58,7 +59,8 @@ TEST_CASE("points of a model are located without a hint", "[quality]") {
     const PlacedTriangles mesh = mesh_of(model, 7, 5);
     const std::vector<SurfacePoint> places = locate(model, mesh.points);
     REQUIRE(places.size() == mesh.points.size());
-    for (std::size_t v = 0; v < places.size(); ++v) CHECK((model.position(places[v]) - mesh.points[v]).norm() < 1e-7 * model.diagonal());
+    for (std::size_t v = 0; v < places.size(); ++v)
+        CHECK((model.position(places[v]) - mesh.points[v]).norm() < 1e-7 * model.diagonal());
     CHECK_THROWS_AS(locate(model, mesh.points, {.intervals = 0}), std::invalid_argument);
 }
 

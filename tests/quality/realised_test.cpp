@@ -9,7 +9,9 @@ using namespace gradus::testing;
 
 namespace {
 
-RealisedGradation gradation_of(const Mesh& mesh) { return measure_realised_gradation(mesh.view(), edges_of(mesh.view())); }
+RealisedGradation gradation_of(const Mesh& mesh) {
+    return measure_realised_gradation(mesh.view(), edges_of(mesh.view()));
+}
 
 /// Rings of an annulus whose radii grow by a constant factor: every ring is the one before, scaled.
 Mesh geometric_annulus(int n, int rings, double factor) {
@@ -37,7 +39,8 @@ TEST_CASE("a geometric progression of rings shows its factor", "[quality][exact]
     const std::vector<double> sizes = realised_sizes(mesh.view(), edges);
     // Inside, the sizes of successive rings differ by the factor.
     for (int ring = 2; ring < 11; ++ring) CHECK(sizes[24 * ring] / sizes[24 * (ring - 1)] == Approx(factor));
-    // Sizes proportional to the radius have a slope: the variation on every radial edge, and half of the edges are no steeper.
+    // Sizes proportional to the radius have a slope: the variation on every radial edge, and half of the edges are no
+    // steeper.
     const double slope = sizes[24 * 5] / std::pow(factor, 5);
     CHECK(gradation_of(mesh).variation.max >= slope * (1 - 1e-12));
     CHECK(gradation_of(mesh).variation.median <= slope);
@@ -46,7 +49,8 @@ TEST_CASE("a geometric progression of rings shows its factor", "[quality][exact]
 
 TEST_CASE("neighbouring triangles are compared by edges and by area", "[quality][exact]") {
     // Areas 1/2 and 3/2 on the common edge of length 1.
-    const RealisedGradation report = gradation_of({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -3, 0}}, {{0, 1, 2}, {1, 0, 3}}});
+    const RealisedGradation report =
+        gradation_of({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -3, 0}}, {{0, 1, 2}, {1, 0, 3}}});
     CHECK(report.neighbour_areas.count == 1);
     CHECK(report.neighbour_areas.max == Approx(3));
     CHECK(report.neighbour_edges.max == Approx(std::sqrt(10.)));
@@ -77,7 +81,8 @@ TEST_CASE("H-shock of realised sizes follows its definition", "[quality][propert
 }
 
 TEST_CASE("edges and triangles without extent are infinitely graded, never not-a-number", "[quality]") {
-    const RealisedGradation report = gradation_of({{{0, 0, 0}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {1, 0, 3}}});
+    const RealisedGradation report =
+        gradation_of({{{0, 0, 0}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {1, 0, 3}}});
     CHECK(std::isinf(report.neighbour_edges.max));
     CHECK(report.shock.count == 5);
     const RealisedGradation nothing = gradation_of({{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {{0, 1, 2}}});

@@ -174,8 +174,8 @@ TEST_CASE("surfaces without triangles or with bad corners are refused", "[qualit
 
 TEST_CASE("the text of a report against a reference says the distance, where it is, and what differs", "[quality]") {
     const std::string text = to_text(measured(testing::torus(20, 10), triangulations::sphere(2)));
-    for (const char* part : {"Hausdorff distance to the reference", "from mesh to reference", "nowhere above", "genus", "differs", "same",
-                             "angle to the normal", "edge midpoints"})
+    for (const char* part : {"Hausdorff distance to the reference", "from mesh to reference", "nowhere above", "genus",
+                             "differs", "same", "angle to the normal", "edge midpoints"})
         CHECK_THAT(text, Catch::Contains(part));
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 110);

@@ -17,11 +17,13 @@ constexpr double kPi = std::numbers::pi;
 double circumradius(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     Eigen::Matrix3d rows;
     rows << 2 * (b - a).transpose(), 2 * (c - a).transpose(), (b - a).cross(c - a).transpose();
-    const Vector3d right(b.squaredNorm() - a.squaredNorm(), c.squaredNorm() - a.squaredNorm(), (b - a).cross(c - a).dot(a));
+    const Vector3d right(b.squaredNorm() - a.squaredNorm(), c.squaredNorm() - a.squaredNorm(),
+                         (b - a).cross(c - a).dot(a));
     return (rows.fullPivLu().solve(right) - a).norm();
 }
 
-/// Radius of the inscribed circle: distance of its centre, the mean of the corners weighted by opposite sides, to a side.
+/// Radius of the inscribed circle: distance of its centre, the mean of the corners weighted by opposite sides, to a
+/// side.
 double inradius(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     const double la = (b - c).norm(), lb = (c - a).norm(), lc = (a - b).norm();
     const Vector3d centre = (la * a + lb * b + lc * c) / (la + lb + lc);
@@ -64,11 +66,12 @@ TEST_CASE("the measures of right-angled triangles have closed forms", "[quality]
 TEST_CASE("the measures of degenerate triangles are zero, never not-a-number", "[quality][exact]") {
     const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
     using Corners = std::array<Vector3d, 3>;
-    const Corners t = GENERATE_COPY(values<Corners>({{Vector3d(1, 2, 3), Vector3d(1, 2, 3), Vector3d(1, 2, 3)},
-                                                     {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(1, 0, 0)},
-                                                     {Vector3d(0, 0, 0), Vector3d(1, 1, 1), Vector3d(2, 2, 2)},
-                                                     {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(nan, 1, 0)},
-                                                     {Vector3d(0, 0, 0), Vector3d(infinity, 0, 0), Vector3d(1, 1, 0)}}));
+    const Corners t =
+        GENERATE_COPY(values<Corners>({{Vector3d(1, 2, 3), Vector3d(1, 2, 3), Vector3d(1, 2, 3)},
+                                       {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(1, 0, 0)},
+                                       {Vector3d(0, 0, 0), Vector3d(1, 1, 1), Vector3d(2, 2, 2)},
+                                       {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(nan, 1, 0)},
+                                       {Vector3d(0, 0, 0), Vector3d(infinity, 0, 0), Vector3d(1, 1, 0)}}));
     for (int k = 0; k < 3; ++k) {
         CHECK(area_length(t[k], t[(k + 1) % 3], t[(k + 2) % 3]) == 0);
         CHECK(inradius_edge(t[k], t[(k + 1) % 3], t[(k + 2) % 3]) == 0);
@@ -97,10 +100,12 @@ TEST_CASE("the measures agree with circles found by brute force", "[quality][pro
 TEST_CASE("shape does not depend on place, size or labels", "[quality][property]") {
     const Mesh mesh = shaken(torus(20, 9), .1, 3);
     const Mesh other = relabelled(moved(mesh, GENERATE(1e-6, 1., 4e5)), 5);
-    const ShapeReport a = measure_shape(mesh.view(), edges_of(mesh.view())), b = measure_shape(other.view(), edges_of(other.view()));
+    const ShapeReport a = measure_shape(mesh.view(), edges_of(mesh.view())),
+                      b = measure_shape(other.view(), edges_of(other.view()));
     const auto check = [](const Summary& x, const Summary& y) {
         CHECK(x.count == y.count);
-        for (const auto member : {&Summary::min, &Summary::p001, &Summary::p01, &Summary::median, &Summary::mean, &Summary::p99, &Summary::p999, &Summary::max})
+        for (const auto member : {&Summary::min, &Summary::p001, &Summary::p01, &Summary::median, &Summary::mean,
+                                  &Summary::p99, &Summary::p999, &Summary::max})
             CHECK(x.*member == Approx(y.*member).epsilon(1e-9));
     };
     check(a.area_length, b.area_length);

@@ -41,7 +41,8 @@ TEST_CASE("a summary of nothing is not a number, and of infinities is no surpris
 
 TEST_CASE("histograms keep everything", "[quality]") {
     Histogram histogram(0, 1, 4);
-    for (const double x : {-5., 0., .25, .3, .99, 1., 7., std::numeric_limits<double>::infinity(), std::nan("")}) histogram.add(x);
+    for (const double x : {-5., 0., .25, .3, .99, 1., 7., std::numeric_limits<double>::infinity(), std::nan("")})
+        histogram.add(x);
     CHECK(histogram.counts == std::vector<std::size_t>{2, 2, 0, 4});
     CHECK(histogram.total() == 8);
 }

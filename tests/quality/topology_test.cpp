@@ -50,7 +50,8 @@ TEST_CASE("a sphere, a torus and an annulus are told apart", "[quality][exact]")
     CHECK(ring.genus == 0);
     CHECK(ring.boundary_loops == 2);
     CHECK(ring.boundary_edges == 24);
-    const TopologyReport all = topology_of(relabelled(together(together(octahedron(), torus(9, 6)), moved(annulus(5, 2), 1)), seed));
+    const TopologyReport all =
+        topology_of(relabelled(together(together(octahedron(), torus(9, 6)), moved(annulus(5, 2), 1)), seed));
     CHECK(all.components == 3);
     CHECK(all.boundary_loops == 2);
     CHECK(all.genus == 1);
@@ -60,7 +61,8 @@ TEST_CASE("a sphere, a torus and an annulus are told apart", "[quality][exact]")
 
 TEST_CASE("what is wrong with a mesh is counted", "[quality]") {
     SECTION("three triangles on an edge") {
-        const TopologyReport report = topology_of({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}}, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}});
+        const TopologyReport report =
+            topology_of({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}}, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}});
         CHECK(report.nonmanifold_edges == 1);
         CHECK(report.boundary_edges == 6);
         CHECK_FALSE(report.oriented_manifold());
@@ -80,7 +82,8 @@ TEST_CASE("what is wrong with a mesh is counted", "[quality]") {
         for (int i = 0; i < n; ++i) {
             const double a = 2 * std::numbers::pi * i / n;
             for (const double w : {-.3, .3})
-                mesh.points.push_back({(1 + w * std::cos(a / 2)) * std::cos(a), (1 + w * std::cos(a / 2)) * std::sin(a), w * std::sin(a / 2)});
+                mesh.points.push_back({(1 + w * std::cos(a / 2)) * std::cos(a), (1 + w * std::cos(a / 2)) * std::sin(a),
+                                       w * std::sin(a / 2)});
         }
         for (int i = 0; i < n; ++i) {
             int c = 2 * (i + 1), d = 2 * (i + 1) + 1;
@@ -95,7 +98,8 @@ TEST_CASE("what is wrong with a mesh is counted", "[quality]") {
         CHECK(report.nonmanifold_vertices == 0);
     }
     SECTION("two fans that touch in a vertex") {
-        const TopologyReport report = topology_of({{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}}, {{0, 1, 2}, {0, 3, 4}}});
+        const TopologyReport report =
+            topology_of({{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}}, {{0, 1, 2}, {0, 3, 4}}});
         CHECK(report.nonmanifold_vertices == 1);
         CHECK(report.components == 1);
         CHECK(report.boundary_loops == 2);

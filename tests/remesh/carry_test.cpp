@@ -16,8 +16,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 SurfaceMesh remeshed(const Triangulation& surface, double h) {
-    const TriangulationBackground map =
-        make_background(surface, {.kind = SizingRule::Kind::Proportional, .value = 1e6, .hmin = 0.999999 * h, .hmax = h});
+    const TriangulationBackground map = make_background(
+        surface, {.kind = SizingRule::Kind::Proportional, .value = 1e6, .hmin = 0.999999 * h, .hmax = h});
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support();
     return remesh({support, surface.features(), surface.soup().labels}, control, map.cells).mesh;
@@ -71,7 +71,8 @@ TEST_CASE("a linear field in space is carried to a sphere to second order", "[co
         const SurfaceMesh mesh = remeshed(surface, 0.5 / (1 << halvings));
         const std::vector<double> values = carried(surface, at_points(surface.soup(), f), mesh);
         double worst = 0;
-        for (std::size_t v = 0; v < values.size(); ++v) worst = std::max(worst, std::abs(values[v] - f(mesh.points[v])));
+        for (std::size_t v = 0; v < values.size(); ++v)
+            worst = std::max(worst, std::abs(values[v] - f(mesh.points[v])));
         errors.push_back(worst);
     }
     CAPTURE(errors);
@@ -84,12 +85,16 @@ TEST_CASE("constants are carried bit by bit, infinite ones too, and nothing is c
     const Triangulation surface(triangulations::soup(triangulations::torus(30, 14)));
     const SurfaceMesh mesh = remeshed(surface, 0.25);
     for (const double c : {0.1, -1e300, 1.0 / 3, kInfinity, -kInfinity}) {
-        const std::vector<double> values = carried(surface, at_points(surface.soup(), [=](const Vector3d&) { return c; }), mesh);
+        const std::vector<double> values =
+            carried(surface, at_points(surface.soup(), [=](const Vector3d&) { return c; }), mesh);
         CHECK(std::all_of(values.begin(), values.end(), [=](double x) { return x == c; }));
     }
     std::mt19937 random(3);
-    const std::vector<double> noise = carried(
-        surface, at_points(surface.soup(), [&](const Vector3d&) { return std::uniform_real_distribution<double>(2, 3)(random); }), mesh);
+    const std::vector<double> noise =
+        carried(surface,
+                at_points(surface.soup(),
+                          [&](const Vector3d&) { return std::uniform_real_distribution<double>(2, 3)(random); }),
+                mesh);
     CHECK(std::all_of(noise.begin(), noise.end(), [](double x) { return x >= 2 && x <= 3; }));
 }
 
@@ -117,14 +122,15 @@ TEST_CASE("where there is no value none is made up, and it does not spread", "[e
     const Triangulation surface(plane(10));
     const SurfaceMesh mesh = remeshed(surface, 0.05);
     const auto known = [](const Vector3d& p) { return p.x() > 0.5; };
-    const std::vector<double> values =
-        carried(surface, at_points(surface.soup(), [&](const Vector3d& p) { return known(p) ? 4 : std::nan(""); }), mesh);
+    const std::vector<double> values = carried(
+        surface, at_points(surface.soup(), [&](const Vector3d& p) { return known(p) ? 4 : std::nan(""); }), mesh);
     for (std::size_t v = 0; v < values.size(); ++v) {
         if (mesh.points[v].x() > 0.5 + 0.2) CHECK(values[v] == 4);
         if (mesh.points[v].x() < 0.5 - 0.2) CHECK(std::isnan(values[v]));
     }
     Field cells{"m", 1, {}, true};
-    for (std::size_t t = 0; t < surface.soup().triangles.size(); ++t) cells.values.push_back(t % 2 == 0 ? std::nan("") : 5);
+    for (std::size_t t = 0; t < surface.soup().triangles.size(); ++t)
+        cells.values.push_back(t % 2 == 0 ? std::nan("") : 5);
     const std::vector<Field> on_cells = carry_cell_fields(surface, std::vector{cells}, mesh);
     const std::vector<int> under = triangles_of_input(surface, mesh);
     for (std::size_t t = 0; t < under.size(); ++t)
@@ -141,9 +147,10 @@ TEST_CASE("a triangle has the value of the one under its centroid", "[property]"
         const auto& [a, b, c] = mesh.triangles[t];
         const Vector3d middle = (mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3;
         const Triangle& v = surface.soup().triangles[under[t]];
-        CHECK(
-            (closest_point(middle, surface.soup().points[v[0]], surface.soup().points[v[1]], surface.soup().points[v[2]]) - middle).norm() <
-            1e-12);
+        CHECK((closest_point(middle, surface.soup().points[v[0]], surface.soup().points[v[1]],
+                             surface.soup().points[v[2]]) -
+               middle)
+                  .norm() < 1e-12);
     }
 }
 
@@ -154,12 +161,14 @@ TEST_CASE("cell fields keep to their regions, those of one element's width too",
     const Triangulation surface(strips(16, count));
     const SurfaceMesh mesh = remeshed(surface, h);
     Field region{"region", 2, {}, true};
-    for (const int label : surface.soup().labels) region.values.insert(region.values.end(), {10.0 * label, -1.0 * label});
+    for (const int label : surface.soup().labels)
+        region.values.insert(region.values.end(), {10.0 * label, -1.0 * label});
     const std::vector<Field> fields = carry_cell_fields(surface, std::vector{region}, mesh);
     REQUIRE(fields[0].values.size() == 2 * mesh.triangles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const Triangle& v = mesh.triangles[t];
-        const int strip = 1 + static_cast<int>((mesh.points[v[0]].x() + mesh.points[v[1]].x() + mesh.points[v[2]].x()) / 3 * count);
+        const int strip =
+            1 + static_cast<int>((mesh.points[v[0]].x() + mesh.points[v[1]].x() + mesh.points[v[2]].x()) / 3 * count);
         CHECK(fields[0].values[2 * t] == 10 * strip);
         CHECK(fields[0].values[2 * t + 1] == -strip);
     }
@@ -176,10 +185,12 @@ TEST_CASE("sheets that nearly touch keep their own values", "[exact]") {
     const auto upper = [](const Vector3d& p) { return p.z() > 5e-8; };
     Field cells{"sheet"};
     for (const Triangle& t : both.triangles) cells.values.push_back(upper(both.points[t[0]]) ? 2 : 1);
-    const std::vector<double> points = carried(surface, at_points(both, [&](const Vector3d& p) { return upper(p) ? 2 : 1; }), mesh);
+    const std::vector<double> points =
+        carried(surface, at_points(both, [&](const Vector3d& p) { return upper(p) ? 2 : 1; }), mesh);
     const std::vector<double> sheets = carry_cell_fields(surface, std::vector{cells}, mesh)[0].values;
     for (std::size_t v = 0; v < points.size(); ++v) CHECK(points[v] == (upper(mesh.points[v]) ? 2 : 1));
-    for (std::size_t t = 0; t < sheets.size(); ++t) CHECK(sheets[t] == (upper(mesh.points[mesh.triangles[t][0]]) ? 2 : 1));
+    for (std::size_t t = 0; t < sheets.size(); ++t)
+        CHECK(sheets[t] == (upper(mesh.points[mesh.triangles[t][0]]) ? 2 : 1));
 }
 
 TEST_CASE("sides of a crease keep their own values", "[property]") {

@@ -13,11 +13,13 @@ namespace {
 
 constexpr double kShock = 1.5;
 
-ChordErrorResult within(const Triangulation& surface, double chord_error, const SizingRule& limits, ChordErrorOptions options = {}) {
+ChordErrorResult within(const Triangulation& surface, double chord_error, const SizingRule& limits,
+                        ChordErrorOptions options = {}) {
     TriangulationBackground map = make_background(surface, rule_within(chord_error, limits));
     options.gradation = GradationOptions{.shock = kShock};
     grade(map.background.mesh, map.sizes, *options.gradation);
-    raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
+    raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()),
+                  kHoldSlope, map.sizes);
     return remesh_within(surface, map, chord_error, options);
 }
 
@@ -43,8 +45,8 @@ TEST_CASE("a sphere, a torus and a sharp box keep their chord error, measured in
     const Triangulation surface = surface_of(kind, {});
     const double chord_error = share * surface.diagonal();
     int checks = 0;
-    const ChordErrorResult made =
-        within(surface, chord_error, {.hmax = surface.diagonal() / 5}, {.on_check = [&](const SurfaceMesh&) { ++checks; }});
+    const ChordErrorResult made = within(surface, chord_error, {.hmax = surface.diagonal() / 5},
+                                         {.on_check = [&](const SurfaceMesh&) { ++checks; }});
     CHECK(made.kept);
     CHECK(deviation_of(surface, made.result.mesh) <= chord_error);
     CHECK(made.deviation.bound() >= deviation_of(surface, made.result.mesh));
@@ -52,7 +54,8 @@ TEST_CASE("a sphere, a torus and a sharp box keep their chord error, measured in
     CHECK(measure_deviation(surface, made.result.mesh).bound() <= 1.02 * chord_error);
     CHECK(checks > made.lowerings);
     REQUIRE(made.map);
-    CHECK(measure_gradation(make_mesh(made.map->points, made.map->triangles), made.map->sizes).shock_max <= kShock * (1 + 1e-9));
+    CHECK(measure_gradation(make_mesh(made.map->points, made.map->triangles), made.map->sizes).shock_max <=
+          kShock * (1 + 1e-9));
 }
 
 TEST_CASE("where sizes may not be small enough the chord error is not kept, and said so", "[property]") {
@@ -70,8 +73,8 @@ TEST_CASE("where sizes were too large they are lowered until the chord error is 
     const Triangulation surface = surface_of(0, {});
     const double chord_error = 2e-3;
     const std::vector<double> large(surface.soup().points.size(), 0.7);
-    const ChordErrorResult made =
-        remesh_within(surface, make_background(surface, large), chord_error, {.gradation = GradationOptions{.shock = kShock}});
+    const ChordErrorResult made = remesh_within(surface, make_background(surface, large), chord_error,
+                                                {.gradation = GradationOptions{.shock = kShock}});
     CHECK(made.lowerings > 0);
     CHECK(made.kept);
     CHECK(deviation_of(surface, made.result.mesh) <= chord_error);
@@ -80,15 +83,18 @@ TEST_CASE("where sizes were too large they are lowered until the chord error is 
     for (const double h : made.map->sizes) CHECK(h <= 0.7 * (1 + 1e-9));
 }
 
-TEST_CASE("frozen triangles that are farther off than the chord error stay, and it is said whether it is kept", "[property]") {
+TEST_CASE("frozen triangles that are farther off than the chord error stay, and it is said whether it is kept",
+          "[property]") {
     TriangleSoup soup = triangulations::soup(triangulations::sphere(3));
     soup.required.triangles = {5, 6, 7, 40};
     const Triangulation surface(soup);
     const ChordErrorResult made = within(surface, 0.01, {.hmax = 0.5});
     CHECK(made.result.mesh.required.triangles.size() == 4);
     CHECK(made.kept == (made.deviation.bound() <= 0.01));
-    if (made.kept) CHECK(deviation_of(surface, made.result.mesh) <= 0.01);
-    else CHECK(made.deviation.bound() >= deviation_of(surface, made.result.mesh));
+    if (made.kept)
+        CHECK(deviation_of(surface, made.result.mesh) <= 0.01);
+    else
+        CHECK(made.deviation.bound() >= deviation_of(surface, made.result.mesh));
 }
 
 TEST_CASE("bad arguments of remesh_within are named", "[property]") {
@@ -96,9 +102,11 @@ TEST_CASE("bad arguments of remesh_within are named", "[property]") {
     const TriangulationBackground map = make_background(surface, rule_within(0.01, {.hmax = 0.5}));
     CHECK_THROWS_AS(remesh_within(surface, map, 0), std::invalid_argument);
     CHECK_THROWS_AS(remesh_within(surface, map, std::nan("")), std::invalid_argument);
-    CHECK_THROWS_AS(remesh_within(surface, map, 0.99 * least_chord_error(surface.soup().points)), std::invalid_argument);
+    CHECK_THROWS_AS(remesh_within(surface, map, 0.99 * least_chord_error(surface.soup().points)),
+                    std::invalid_argument);
     CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.hmin = -1}), std::invalid_argument);
-    CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.gradation = GradationOptions{.shock = 0.5}}), std::invalid_argument);
+    CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.gradation = GradationOptions{.shock = 0.5}}),
+                    std::invalid_argument);
     CHECK_THROWS_AS(remesh_within(surface, map, 0.01, {.gradation = GradationOptions{.shock = 1.5, .required = {0}}}),
                     std::invalid_argument);
 }

@@ -26,7 +26,8 @@ double metric_length_of(const PatchModel& model, const ControlSpace& control, in
 
 }  // namespace
 
-TEST_CASE("Curves are cut into pieces of equal metric length, as near to 1 as a whole number allows", "[remesh][property]") {
+TEST_CASE("Curves are cut into pieces of equal metric length, as near to 1 as a whole number allows",
+          "[remesh][property]") {
     for (const models::Kind& kind : models::zoo()) {
         CAPTURE(kind.name);
         const PatchModel model = kind.make();

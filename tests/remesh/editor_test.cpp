@@ -11,7 +11,9 @@ namespace {
 // The plane z = 0, with one size everywhere; halves of edges lie where they are told to.
 class Plane : public Support {
   public:
-    std::optional<Foot> move(const Place& from, const Vector3d&, const Vector3d& target) const override { return foot(from, target); }
+    std::optional<Foot> move(const Place& from, const Vector3d&, const Vector3d& target) const override {
+        return foot(from, target);
+    }
     std::optional<Foot> between(const Place& a, const Place&, const Vector3d&) const override { return foot(a, half); }
     std::optional<Foot> slide(const Place&, const Vector3d&) const override { return std::nullopt; }
     int chain_of(int curve) const override { return curve; }
@@ -23,7 +25,8 @@ class Plane : public Support {
     double size = 1;
 };
 
-Editor edited(const Plane& plane, const std::vector<Vector3d>& points, const std::vector<Triangle>& triangles, const std::vector<int>& corners = {}) {
+Editor edited(const Plane& plane, const std::vector<Vector3d>& points, const std::vector<Triangle>& triangles,
+              const std::vector<int>& corners = {}) {
     std::vector<Vertex> vertices(points.size());
     for (std::size_t v = 0; v < points.size(); ++v) take_foot(vertices[v], plane.foot({}, points[v]));
     for (const int v : corners) vertices[v].bound = Bound::Fixed, vertices[v].lean = kAnyNormal;
@@ -69,7 +72,9 @@ struct Hexagon {
     std::vector<Vector3d> points{{0, 0, 0}};
     std::vector<Triangle> triangles;
     Hexagon() {
-        const auto at = [](double r, double sixths) { return Vector3d(r * std::cos(sixths * std::acos(0.5)), r * std::sin(sixths * std::acos(0.5)), 0); };
+        const auto at = [](double r, double sixths) {
+            return Vector3d(r * std::cos(sixths * std::acos(0.5)), r * std::sin(sixths * std::acos(0.5)), 0);
+        };
         for (int i = 0; i < 6; ++i) points.push_back(at(1, i));
         for (int i = 0; i < 6; ++i) points.push_back(at(2, i)), points.push_back(at(std::sqrt(3.0), i + 0.5));
         for (int i = 0; i < 6; ++i) {

@@ -17,15 +17,20 @@ using Eigen::Vector3d;
 
 namespace {
 
-SizingRule uniform(double h) { return {.kind = SizingRule::Kind::Proportional, .value = 1e6, .hmin = 0.999999 * h, .hmax = h}; }
+SizingRule uniform(double h) {
+    return {.kind = SizingRule::Kind::Proportional, .value = 1e6, .hmin = 0.999999 * h, .hmax = h};
+}
 
 SurfaceMesh remeshed(const Triangulation& surface, const SizingRule& rule, const RemeshOptions& options = {}) {
     TriangulationBackground map = make_background(surface, rule);
     grade(map.background.mesh, map.sizes, {.shock = 1.5});
-    raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()), kHoldSlope, map.sizes);
+    raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()),
+                  kHoldSlope, map.sizes);
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support();
-    return remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, control, map.cells, options).mesh;
+    return remesh({support, surface.features(), surface.soup().labels, &surface.soup().required}, control, map.cells,
+                  options)
+        .mesh;
 }
 
 // Some of each kind, and a connected patch of triangles.
@@ -110,17 +115,21 @@ TEST_CASE("frozen elements chosen at random are in the mesh bit for bit", "[prop
     const double scale = GENERATE(0.5, 2.5);  // finer and coarser than the input
     const bool fast = GENERATE(false, true);
     CAPTURE(shape, seed, scale, fast);
-    const auto mesh = shape == 0   ? triangulations::sphere(3)
-                      : shape == 1 ? triangulations::torus(30, 12)
-                      : shape == 2 ? triangulations::cube(4)
-                                   : triangulations::graph(10, [](double x, double y) { return 0.1 * std::sin(6 * x) * std::cos(5 * y); });
+    const auto mesh =
+        shape == 0   ? triangulations::sphere(3)
+        : shape == 1 ? triangulations::torus(30, 12)
+        : shape == 2
+            ? triangulations::cube(4)
+            : triangulations::graph(10, [](double x, double y) { return 0.1 * std::sin(6 * x) * std::cos(5 * y); });
     TriangleSoup soup = triangulations::soup(mesh);
     soup.required = some_of(soup, seed);
     const Triangulation surface(soup);
     const SurfaceMesh made = remeshed(surface, uniform(scale * triangulations::mean_edge(mesh)), {.fast = fast});
     check_kept(soup, made);
     check_sound(soup, made);
-    if (shape < 3) CHECK(signed_volume(made.points, made.triangles) == Approx(signed_volume(soup.points, soup.triangles)).epsilon(0.02 + 0.07 * scale));
+    if (shape < 3)
+        CHECK(signed_volume(made.points, made.triangles) ==
+              Approx(signed_volume(soup.points, soup.triangles)).epsilon(0.02 + 0.07 * scale));
 }
 
 TEST_CASE("a mesh with everything frozen is the input, and one with nothing required is what it was", "[property]") {
@@ -160,15 +169,18 @@ TEST_CASE("sizes lead from the frozen edges to those asked for", "[property]") {
     TriangleSoup soup = triangulations::soup(triangulations::sphere(small ? 5 : 3));
     for (int t = 0; t < static_cast<int>(soup.triangles.size()); ++t) {
         const Triangle& v = soup.triangles[t];
-        if ((soup.points[v[0]] + soup.points[v[1]] + soup.points[v[2]]).z() > 3 * 0.92) soup.required.triangles.push_back(t);
+        if ((soup.points[v[0]] + soup.points[v[1]] + soup.points[v[2]]).z() > 3 * 0.92)
+            soup.required.triangles.push_back(t);
     }
     REQUIRE(soup.required.triangles.size() > 10);
     const Triangulation surface(soup);
     const std::vector<double> lengths = frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen());
     const TriangulationBackground map = make_background(surface, uniform(small ? 0.4 : 0.06));
     for (std::size_t v = 0; v < lengths.size(); ++v)
-        if (lengths[v] > 0) CHECK(map.sizes[v] == lengths[v]);
-        else CHECK(map.sizes[v] == Approx(small ? 0.4 : 0.06));
+        if (lengths[v] > 0)
+            CHECK(map.sizes[v] == lengths[v]);
+        else
+            CHECK(map.sizes[v] == Approx(small ? 0.4 : 0.06));
     const SurfaceMesh made = remeshed(surface, uniform(small ? 0.4 : 0.06));
     check_kept(soup, made);
     check_sound(soup, made);
@@ -206,7 +218,8 @@ TEST_CASE("a frozen needle does not keep the mesh around it from being good", "[
         const Vector3d n = (made.points[q] - made.points[p]).cross(made.points[r] - made.points[p]);
         CHECK(n.z() > 0);
         area += n.z() / 2;
-        if (static_cast<int>(i) != made.required.triangles[0]) worst = std::min(worst, area_length(made.points[p], made.points[q], made.points[r]));
+        if (static_cast<int>(i) != made.required.triangles[0])
+            worst = std::min(worst, area_length(made.points[p], made.points[q], made.points[r]));
     }
     CHECK(area == Approx(1).epsilon(1e-9));
     CHECK(worst > 0.4);
@@ -216,7 +229,8 @@ TEST_CASE("frozen elements do not depend on the number of threads or on chance",
     TriangleSoup soup = triangulations::soup(triangulations::torus(24, 10));
     soup.required = some_of(soup, 9);
     const Triangulation surface(soup);
-    const SurfaceMesh a = remeshed(surface, uniform(0.3), {.threads = 1}), b = remeshed(surface, uniform(0.3), {.threads = 2});
+    const SurfaceMesh a = remeshed(surface, uniform(0.3), {.threads = 1}),
+                      b = remeshed(surface, uniform(0.3), {.threads = 2});
     CHECK(a.points == b.points);
     CHECK(a.triangles == b.triangles);
     CHECK(a.required == b.required);

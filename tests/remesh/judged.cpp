@@ -21,13 +21,15 @@ bool on_feature(const PatchModel& model, const SurfacePoint& at) {
 
 bool has_place_on_feature(const PatchModel& model, const SurfacePoint& at) {
     const auto places = places_of(model, at);
-    return std::any_of(places.begin(), places.end(), [&](const SurfacePoint& place) { return on_feature(model, place); });
+    return std::any_of(places.begin(), places.end(),
+                       [&](const SurfacePoint& place) { return on_feature(model, place); });
 }
 
 /// Direction in which a curve leaves one of its ends.
 Eigen::Vector3d leaving(const PatchModel& model, int curve, bool from_end) {
     const auto point = [&](double t) { return model.position(model.on_curve(curve, 0, t)); };
-    return (from_end ? Eigen::Vector3d(point(1 - 1e-6) - point(1)) : Eigen::Vector3d(point(1e-6) - point(0))).normalized();
+    return (from_end ? Eigen::Vector3d(point(1 - 1e-6) - point(1)) : Eigen::Vector3d(point(1e-6) - point(0)))
+        .normalized();
 }
 
 /// Vertices where feature curves end or meet, other than two that continue each other.
@@ -35,7 +37,8 @@ std::vector<int> corners_of(const PatchModel& model) {
     std::vector<std::vector<Eigen::Vector3d>> directions(model.vertices().size());
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c)
         if (is_feature(model, c))
-            for (const bool end : {false, true}) directions[model.curves()[c].ends[end]].push_back(leaving(model, c, end));
+            for (const bool end : {false, true})
+                directions[model.curves()[c].ends[end]].push_back(leaving(model, c, end));
     std::vector<int> corners;
     for (int v = 0; v < static_cast<int>(directions.size()); ++v) {
         const auto& d = directions[v];
@@ -63,7 +66,8 @@ Judged judge(const models::Kind& kind, const PatchModel& model, RemeshResult res
     judged.statistics = std::move(result.statistics);
     const SurfaceMesh& mesh = judged.mesh;
     const MeshView view{mesh.points, mesh.triangles};
-    judged.report = measure(view, {.sizes = mesh.sizes, .model = &model, .places = mesh.places, .patches = mesh.patches});
+    judged.report =
+        measure(view, {.sizes = mesh.sizes, .model = &model, .places = mesh.places, .patches = mesh.patches});
     for (const Triangle& t : mesh.triangles)
         judged.area += (mesh.points[t[1]] - mesh.points[t[0]]).cross(mesh.points[t[2]] - mesh.points[t[0]]).norm() / 2;
     for (std::size_t v = 0; v < mesh.points.size(); ++v) {
@@ -81,7 +85,8 @@ Judged judge(const models::Kind& kind, const PatchModel& model, RemeshResult res
     for (int e = 0; e < edges.size(); ++e) {
         if (features.count(edges.ends[e])) continue;
         const auto uses = edges.uses_of(e);
-        if (uses.size() != 2) ++judged.missing_boundary;
+        if (uses.size() != 2)
+            ++judged.missing_boundary;
         else {
             const double cosine = unit_normal(mesh, uses[0] / 3).dot(unit_normal(mesh, uses[1] / 3));
             judged.turned = std::max(judged.turned, std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi);
@@ -96,7 +101,8 @@ Judged judge(const models::Kind& kind, const PatchModel& model, RemeshResult res
     return judged;
 }
 
-Judged remesh_and_judge(const models::Kind& kind, const PatchModel& model, const SizedBackground& sized, const RemeshOptions& options) {
+Judged remesh_and_judge(const models::Kind& kind, const PatchModel& model, const SizedBackground& sized,
+                        const RemeshOptions& options) {
     return judge(kind, model, remesh(model, ControlSpace(sized.background, sized.sizes), options));
 }
 

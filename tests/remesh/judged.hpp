@@ -15,11 +15,13 @@ inline SizedBackground uniform_background(const PatchModel& model, double h) {
     return make_background(model, rule);
 }
 
-/// Sizes that grow by `shock` from h / 10 at a spot of the first patch to at most 4 h, less where the surface is more curved.
+/// Sizes that grow by `shock` from h / 10 at a spot of the first patch to at most 4 h, less where the surface is more
+/// curved.
 inline SizedBackground graded_background(const PatchModel& model, double h, double shock = 1.5) {
     const Domain d = model.patch(0).domain();
     const Eigen::Vector2d spot = d.min + Eigen::Vector2d(0.3, 0.6).cwiseProduct(d.max - d.min);
-    SizedBackground sized = make_background(model, {.value = 0.3, .hmin = h / 10, .hmax = 4 * h, .at = {{model.position({0, spot}), h / 10}}});
+    SizedBackground sized = make_background(
+        model, {.value = 0.3, .hmin = h / 10, .hmax = 4 * h, .at = {{model.position({0, spot}), h / 10}}});
     GradationOptions options;
     options.shock = shock;
     grade(sized.background.mesh, sized.sizes, options);
@@ -38,17 +40,19 @@ struct Judged {
     int missing_boundary = 0;   ///< boundary edges of the mesh that are not among its features
     double feature_length = 0;  ///< of all feature edges
     double curve_length = 0;    ///< of all feature curves
-    double turned = 0;          ///< largest angle of a triangle with its neighbour over an edge that is no feature, degrees
+    double turned = 0;  ///< largest angle of a triangle with its neighbour over an edge that is no feature, degrees
 
     bool right_topology(const models::Kind& kind) const {
         const TopologyReport& t = report.topology;
-        return t.oriented_manifold() && t.components == std::size_t(kind.components) && t.boundary_loops == std::size_t(kind.loops) && t.genus == kind.genus &&
-               t.unused_vertices == 0 && t.duplicate_positions == 0 && t.bad_points == 0;
+        return t.oriented_manifold() && t.components == std::size_t(kind.components) &&
+               t.boundary_loops == std::size_t(kind.loops) && t.genus == kind.genus && t.unused_vertices == 0 &&
+               t.duplicate_positions == 0 && t.bad_points == 0;
     }
 };
 
 bool is_feature(const PatchModel& model, int curve);
 Judged judge(const models::Kind& kind, const PatchModel& model, RemeshResult result);
-Judged remesh_and_judge(const models::Kind& kind, const PatchModel& model, const SizedBackground& sized, const RemeshOptions& options = {});
+Judged remesh_and_judge(const models::Kind& kind, const PatchModel& model, const SizedBackground& sized,
+                        const RemeshOptions& options = {});
 
 }  // namespace gradus::testing

@@ -48,16 +48,16 @@ bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
 
 bool same_bits(const SurfaceMesh& a, const SurfaceMesh& b) {
     bool places = a.places.size() == b.places.size();
-    for (std::size_t i = 0; places && i < a.places.size(); ++i) places = a.places[i].patch == b.places[i].patch && a.places[i].uv == b.places[i].uv;
-    return places && same_bits(a.points, b.points) && same_bits(a.triangles, b.triangles) && same_bits(a.patches, b.patches) && same_bits(a.sizes, b.sizes) &&
-           same_bits(a.features, b.features);
+    for (std::size_t i = 0; places && i < a.places.size(); ++i)
+        places = a.places[i].patch == b.places[i].patch && a.places[i].uv == b.places[i].uv;
+    return places && same_bits(a.points, b.points) && same_bits(a.triangles, b.triangles) &&
+           same_bits(a.patches, b.patches) && same_bits(a.sizes, b.sizes) && same_bits(a.features, b.features);
 }
 
 }  // namespace
 
 TEST_CASE("Every kind of model gets a faithful unit mesh of uniform size", "[remesh][property]") {
-    for (const std::string& name : names())
-        DYNAMIC_SECTION(name) {
+    for (const std::string& name : names()) DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
             const PatchModel model = kind.make();
             const Judged judged = remesh_and_judge(kind, model, uniform_background(model, kind.size));
@@ -67,8 +67,7 @@ TEST_CASE("Every kind of model gets a faithful unit mesh of uniform size", "[rem
 }
 
 TEST_CASE("Every kind of model gets a faithful unit mesh of graded sizes", "[remesh][property]") {
-    for (const std::string& name : names())
-        DYNAMIC_SECTION(name) {
+    for (const std::string& name : names()) DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
             const PatchModel model = kind.make();
             // Sizes of four times `size` are wider than the sliver.
@@ -76,13 +75,13 @@ TEST_CASE("Every kind of model gets a faithful unit mesh of graded sizes", "[rem
             const Judged judged = remesh_and_judge(kind, model, graded_background(model, size));
             check_faithful(kind, model, judged);
             check_good(kind, judged);
-            CHECK(*std::min_element(judged.mesh.sizes.begin(), judged.mesh.sizes.end()) <= 0.14 * size);  // an eighth, and what it grows to on the way to the nearest vertex
+            CHECK(*std::min_element(judged.mesh.sizes.begin(), judged.mesh.sizes.end()) <=
+                  0.14 * size);  // an eighth, and what it grows to on the way to the nearest vertex
         }
 }
 
 TEST_CASE("Sizes as large as the model and larger still give its topology", "[remesh][property]") {
-    for (const std::string& name : names())
-        DYNAMIC_SECTION(name) {
+    for (const std::string& name : names()) DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
             const PatchModel model = kind.make();
             for (const double factor : {4., 8., 20.}) {
@@ -94,11 +93,13 @@ TEST_CASE("Sizes as large as the model and larger still give its topology", "[re
 }
 
 TEST_CASE("A fine mesh has as many triangles as predicted", "[remesh][converges]") {
-    for (const std::string name : {"bump", "uneven square", "cube", "sphere of octants", "sphere with seam", "torus", "cylinder", "differing parameters"})
+    for (const std::string name : {"bump", "uneven square", "cube", "sphere of octants", "sphere with seam", "torus",
+                                   "cylinder", "differing parameters"})
         DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
             const PatchModel model = kind.make();
-            const Judged judged = remesh_and_judge(kind, model, uniform_background(model, 0.4 * kind.size), {.fast = true});
+            const Judged judged =
+                remesh_and_judge(kind, model, uniform_background(model, 0.4 * kind.size), {.fast = true});
             check_faithful(kind, model, judged);
             CHECK(judged.mesh.triangles.size() == Approx(judged.statistics.predicted_triangles).epsilon(0.06));
             // The mesh is inscribed: its area is short of the surface's by the order of h^2.
@@ -122,14 +123,18 @@ TEST_CASE("A model of any scale gets the mesh of its own size", "[remesh][proper
             kind.area = reference.area * scale * scale;
             check_faithful(kind, model, judged);
             check_good(kind, judged);
-            // A decimal factor rounds, and one decision that falls otherwise is some percent of a few hundred triangles.
+            // A decimal factor rounds, and one decision that falls otherwise is some percent of a few hundred
+            // triangles.
             CHECK(judged.mesh.triangles.size() == Approx(reference.mesh.triangles.size()).epsilon(0.1));
         }
 }
 
 TEST_CASE("A model far from the origin is meshed as well", "[remesh][property]") {
     const Eigen::Vector3d far(1e5, -2e5, 3e5);
-    const auto moved = [&](const models::Nets& nets) { return models::model_of(models::mapped(nets, [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p + far; })); };
+    const auto moved = [&](const models::Nets& nets) {
+        return models::model_of(
+            models::mapped(nets, [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p + far; }));
+    };
     const PatchModel cube = moved(models::cube()), sphere = moved(models::sphere_octants());
     models::Kind kind{.name = "cube", .area = 6, .size = 0.15};
     const Judged of_cube = remesh_and_judge(kind, cube, graded_background(cube, kind.size));
@@ -165,8 +170,10 @@ TEST_CASE("The parametrisation does not show in the mesh", "[remesh][property]")
 }
 
 TEST_CASE("A seam gives the mesh that several patches give", "[remesh][property]") {
-    const auto pair = GENERATE(std::array<std::string, 2>{"torus", "torus with seams"}, std::array<std::string, 2>{"sphere of octants", "sphere with seam"},
-                               std::array<std::string, 2>{"cylinder", "cylinder with seam"}, std::array<std::string, 2>{"sphere from a cube", "two hemispheres"});
+    const auto pair = GENERATE(std::array<std::string, 2>{"torus", "torus with seams"},
+                               std::array<std::string, 2>{"sphere of octants", "sphere with seam"},
+                               std::array<std::string, 2>{"cylinder", "cylinder with seam"},
+                               std::array<std::string, 2>{"sphere from a cube", "two hemispheres"});
     CAPTURE(pair[0]);
     std::array<double, 2> count, mean;
     for (int i = 0; i < 2; ++i) {
@@ -188,7 +195,8 @@ TEST_CASE("Sizes that jump are meshed without a fold", "[remesh][property]") {
             const PatchModel model = kind.make();
             const Domain d = model.patch(0).domain();
             const double h = 2 * kind.size;
-            const SizedBackground sized = make_background(model, {.hmin = h / 20, .hmax = h, .at = {{model.position({0, (d.min + d.max) / 2}), h / 20}}});
+            const SizedBackground sized = make_background(
+                model, {.hmin = h / 20, .hmax = h, .at = {{model.position({0, (d.min + d.max) / 2}), h / 20}}});
             const Judged judged = remesh_and_judge(kind, model, sized);
             check_faithful(kind, model, judged);
             CHECK(judged.report.shape.area_length.min >= 0.15);
@@ -209,8 +217,7 @@ TEST_CASE("A long thin patch is meshed", "[remesh][property]") {
 }
 
 TEST_CASE("The mesh does not depend on the number of threads nor on the run", "[remesh][property]") {
-    for (const std::string name : {"sphere from a cube", "torus", "cube", "wavy sheet"})
-        DYNAMIC_SECTION(name) {
+    for (const std::string name : {"sphere from a cube", "torus", "cube", "wavy sheet"}) DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
             const PatchModel model = kind.make();
             const SizedBackground sized = graded_background(model, kind.size);

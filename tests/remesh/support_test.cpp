@@ -22,7 +22,11 @@ struct Fixture {
     PatchSupport support;
 
     explicit Fixture(const std::string& name)
-        : kind(models::kind_of(name)), model(kind.make()), sized(graded_background(model, kind.size)), control(sized.background, sized.sizes), support(model, control) {}
+        : kind(models::kind_of(name)),
+          model(kind.make()),
+          sized(graded_background(model, kind.size)),
+          control(sized.background, sized.sizes),
+          support(model, control) {}
 
     Place place(const SurfacePoint& at) const { return {at, -1, 0, control.locate(at)}; }
 };
@@ -43,8 +47,10 @@ int features(const PatchModel& model) {
 }  // namespace
 
 TEST_CASE("A move ends on the surface near its target, across patches and seams", "[remesh][property]") {
-    for (const std::string name : {"sphere from a cube", "sphere from a cube shuffled", "torus", "torus shuffled", "torus with seams", "sphere of octants",
-                                   "sphere with seam", "stretched sphere", "wavy sheet", "wavy sheet shuffled", "differing parameters", "mixed degrees", "uneven square"})
+    for (const std::string name :
+         {"sphere from a cube", "sphere from a cube shuffled", "torus", "torus shuffled", "torus with seams",
+          "sphere of octants", "sphere with seam", "stretched sphere", "wavy sheet", "wavy sheet shuffled",
+          "differing parameters", "mixed degrees", "uneven square"})
         DYNAMIC_SECTION(name) {
             const Fixture f(name);
             std::mt19937 random(4);
@@ -68,7 +74,8 @@ TEST_CASE("A move ends on the surface near its target, across patches and seams"
                 astray += (foot->point - target).norm() > project(f.model, target, at).distance + 0.15 * step;
             }
             // Beside a pole a step in parameters is not one in space: a few moves do not arrive.
-            const bool poles = std::any_of(f.model.vertices().begin(), f.model.vertices().end(), [](const ModelVertex& v) { return v.pole; });
+            const bool poles = std::any_of(f.model.vertices().begin(), f.model.vertices().end(),
+                                           [](const ModelVertex& v) { return v.pole; });
             CHECK(astray <= (poles ? 0.02 * kMoves : 0));
             CHECK(barred <= (poles || features(f.model) > 0 ? 0.2 * kMoves : 0));
         }
@@ -81,11 +88,13 @@ TEST_CASE("A crease and a boundary bar the way", "[remesh][exact]") {
     CHECK_FALSE(hinge.support.move(left, at, {0.1 * std::cos(1.0), 0.5, 0.1 * std::sin(1.0)}).has_value());
     CHECK(hinge.support.move(left, at, {-0.05, 0.6, 0}).has_value());
     const Fixture flat("coplanar hinge");
-    const auto across = flat.support.move(flat.place({0, {0.9, 0.5}}), flat.model.position({0, {0.9, 0.5}}), {0.1, 0.5, 0});
+    const auto across =
+        flat.support.move(flat.place({0, {0.9, 0.5}}), flat.model.position({0, {0.9, 0.5}}), {0.1, 0.5, 0});
     REQUIRE(across.has_value());
     CHECK(across->place.at.patch == 1);
     CHECK((across->point - Eigen::Vector3d(0.1, 0.5, 0)).norm() <= 1e-12);
-    CHECK_FALSE(flat.support.move(flat.place({0, {0.1, 0.5}}), flat.model.position({0, {0.1, 0.5}}), {-1.1, 0.5, 0}).has_value());
+    CHECK_FALSE(flat.support.move(flat.place({0, {0.1, 0.5}}), flat.model.position({0, {0.1, 0.5}}), {-1.1, 0.5, 0})
+                    .has_value());
 }
 
 TEST_CASE("Feature curves that continue each other are one chain", "[remesh][exact]") {
@@ -97,7 +106,8 @@ TEST_CASE("Feature curves that continue each other are one chain", "[remesh][exa
     };
     const auto junctions = [](const Fixture& f) {
         int count = 0;
-        for (int v = 0; v < static_cast<int>(f.model.vertices().size()); ++v) count += f.support.junction(v).has_value();
+        for (int v = 0; v < static_cast<int>(f.model.vertices().size()); ++v)
+            count += f.support.junction(v).has_value();
         return count;
     };
     CHECK(chains(Fixture("cube")) == 12);
@@ -111,12 +121,12 @@ TEST_CASE("Feature curves that continue each other are one chain", "[remesh][exa
 }
 
 TEST_CASE("A point slides around a circle of several curves and back to where it was", "[remesh][exact]") {
-    for (const std::string name : {"cylinder", "cylinder shuffled", "cylinder with seam"})
-        DYNAMIC_SECTION(name) {
+    for (const std::string name : {"cylinder", "cylinder shuffled", "cylinder with seam"}) DYNAMIC_SECTION(name) {
             const Fixture f(name);
             int bottom = -1;
             for (int c = 0; c < static_cast<int>(f.model.curves().size()); ++c)
-                if (is_feature(f.model, c) && std::abs(f.model.position(f.model.on_curve(c, 0, 0.5)).z()) < 1e-12) bottom = c;
+                if (is_feature(f.model, c) && std::abs(f.model.position(f.model.on_curve(c, 0, 0.5)).z()) < 1e-12)
+                    bottom = c;
             REQUIRE(bottom >= 0);
             const SurfacePoint at = f.model.on_curve(bottom, 0, 0.3);
             Foot foot = f.support.foot({at, bottom, 0.3, f.control.locate(at)});
@@ -144,7 +154,8 @@ TEST_CASE("A point does not slide past a corner", "[remesh][exact]") {
     for (int c = 0; c < 4; ++c) {
         const SurfacePoint at = f.model.on_curve(c, 0, 0.9);
         const Foot foot = f.support.foot({at, c, 0.9, f.control.locate(at)});
-        const Eigen::Vector3d a = f.model.position(f.model.on_curve(c, 0, 0)), b = f.model.position(f.model.on_curve(c, 0, 1));
+        const Eigen::Vector3d a = f.model.position(f.model.on_curve(c, 0, 0)),
+                              b = f.model.position(f.model.on_curve(c, 0, 1));
         CHECK_FALSE(f.support.slide(foot.place, a + 1.1 * (b - a)).has_value());
         const auto nearer = f.support.slide(foot.place, a + 0.95 * (b - a));
         REQUIRE(nearer.has_value());

@@ -24,18 +24,21 @@ struct Remeshed {
     MeshView view() const { return {result.mesh.points, result.mesh.triangles}; }
 };
 
-Remeshed remeshed(const Triangulation& surface, const SizingRule& rule, const RemeshOptions& options = {}, MeshChecks* checks = nullptr,
-                  const SmoothSupport::Options& smooth = {}) {
+Remeshed remeshed(const Triangulation& surface, const SizingRule& rule, const RemeshOptions& options = {},
+                  MeshChecks* checks = nullptr, const SmoothSupport::Options& smooth = {}) {
     const TriangulationBackground map = make_background(surface, rule);
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support(smooth);
-    Remeshed made{remesh({support, surface.features(), surface.soup().labels}, control, map.cells, options, checks), {}, {}};
+    Remeshed made{
+        remesh({support, surface.features(), surface.soup().labels}, control, map.cells, options, checks), {}, {}};
     made.before = measure({surface.soup().points, surface.soup().triangles});
     made.after = measure(made.view(), {.sizes = made.result.mesh.sizes});
     return made;
 }
 
-SizingRule uniform(double h) { return {.kind = SizingRule::Kind::Proportional, .value = 1e6, .hmin = 0.999999 * h, .hmax = h}; }
+SizingRule uniform(double h) {
+    return {.kind = SizingRule::Kind::Proportional, .value = 1e6, .hmin = 0.999999 * h, .hmax = h};
+}
 
 void check_topology_kept(const Remeshed& made) {
     const TopologyReport &a = made.before.topology, &b = made.after.topology;
@@ -63,13 +66,15 @@ double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d&
 
 double signed_volume(const MeshView& mesh) {
     double sum = 0;
-    for (const Triangle& t : mesh.triangles) sum += mesh.points[t[0]].dot(mesh.points[t[1]].cross(mesh.points[t[2]])) / 6;
+    for (const Triangle& t : mesh.triangles)
+        sum += mesh.points[t[0]].dot(mesh.points[t[1]].cross(mesh.points[t[2]])) / 6;
     return sum;
 }
 
 }  // namespace
 
-TEST_CASE("a sphere is remeshed with good triangles of the size asked for, near the sphere and not inside it", "[property]") {
+TEST_CASE("a sphere is remeshed with good triangles of the size asked for, near the sphere and not inside it",
+          "[property]") {
     const Triangulation surface(triangulations::soup(triangulations::sphere(4)));
     const bool fast = GENERATE(false, true);
     CAPTURE(fast);
@@ -152,7 +157,8 @@ TEST_CASE("a capped cylinder keeps its two rims, round and in their planes", "[p
     }
     CHECK(length == Approx(4 * std::numbers::pi).epsilon(0.01));
     for (const Vector3d& p : made.result.mesh.points) {
-        const double off_cap = std::min(std::abs(p.z()), std::abs(p.z() - 2)), off_side = std::abs(std::hypot(p.x(), p.y()) - 1);
+        const double off_cap = std::min(std::abs(p.z()), std::abs(p.z() - 2)),
+                     off_side = std::abs(std::hypot(p.x(), p.y()) - 1);
         CHECK(std::min(off_cap, off_side) < 1e-3);
     }
 }
@@ -166,7 +172,8 @@ TEST_CASE("rims are divided into edges of the size asked for, whatever pieces th
     check_topology_kept(made);
     check_good(made, 0.97);
     std::vector<double> lengths;
-    for (const auto& [a, b] : made.result.mesh.features) lengths.push_back((made.result.mesh.points[a] - made.result.mesh.points[b]).norm() / h);
+    for (const auto& [a, b] : made.result.mesh.features)
+        lengths.push_back((made.result.mesh.points[a] - made.result.mesh.points[b]).norm() / h);
     const double mean = std::accumulate(lengths.begin(), lengths.end(), 0.0) / static_cast<double>(lengths.size());
     CHECK(mean == Approx(1.04).margin(0.05));
     CHECK(*std::max_element(lengths.begin(), lengths.end()) < 1.4);
@@ -237,7 +244,10 @@ class Sizes : public MeshChecks {
   public:
     using Rule = std::function<std::optional<std::vector<double>>(const SurfaceMesh& mesh, MeshStage stage)>;
     explicit Sizes(Rule rule) : rule_(std::move(rule)) {}
-    std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Vector3d>) override { return rule_(mesh, stage); }
+    std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage stage,
+                                                   std::span<const Vector3d>) override {
+        return rule_(mesh, stage);
+    }
 
   private:
     Rule rule_;
@@ -265,7 +275,8 @@ TEST_CASE("checks are asked until they have nothing to say, and their sizes are 
 
 namespace {
 
-// Two slopes that meet in a line over or under x = 0, from y = 0 to 4, where vertices are at x = -w, 0 and w; no features but the boundary.
+// Two slopes that meet in a line over or under x = 0, from y = 0 to 4, where vertices are at x = -w, 0 and w; no
+// features but the boundary.
 TriangleSoup slopes(double w, double height) {
     TriangleSoup soup;
     for (int j = 0; j <= 4; ++j)
@@ -287,13 +298,15 @@ std::optional<Vector3d> half_way(const TriangleSoup& soup, const TriangulationOp
     const SmoothSupport support = surface.support({.largest_bulge = 1e-9});
     const TriangleSupport places(support, surface.features(), control);
     // By the middle edge's other end on either slope, as vertices on the boundary are on several sides of it.
-    const auto foot = places.between(places.at_vertex(3, map.cells[3]).place, places.at_vertex(8, map.cells[8]).place, Vector3d::UnitZ());
+    const auto foot = places.between(places.at_vertex(3, map.cells[3]).place, places.at_vertex(8, map.cells[8]).place,
+                                     Vector3d::UnitZ());
     if (!foot) return std::nullopt;
     return foot->point;
 }
 
 constexpr double kNever = 3.1;
-const TriangulationOptions kUnfeatured{.features = {.angle = kNever, .ridge_angle = kNever, .sharp_angle = kNever, .weak_angle = kNever}};
+const TriangulationOptions kUnfeatured{
+    .features = {.angle = kNever, .ridge_angle = kNever, .sharp_angle = kNever, .weak_angle = kNever}};
 
 }  // namespace
 
@@ -339,7 +352,8 @@ namespace {
 // Lets nothing change once the meshes are as good as the sizes make them.
 class Unyielding : public MeshChecks {
   public:
-    std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage, std::span<const Vector3d>) override {
+    std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage,
+                                                   std::span<const Vector3d>) override {
         last = mesh;
         return std::nullopt;
     }
@@ -390,7 +404,9 @@ class Wanting : public MeshChecks {
                 if ((mesh.points[v] - point_).norm() == nearest) fault.triangles.push_back(t);
         return {fault};
     }
-    std::optional<std::vector<double>> sizes_after(const SurfaceMesh&, MeshStage, std::span<const Vector3d>) override { return std::nullopt; }
+    std::optional<std::vector<double>> sizes_after(const SurfaceMesh&, MeshStage, std::span<const Vector3d>) override {
+        return std::nullopt;
+    }
     bool allows(const MeshPart& part) override {
         if (!part.fault) return false;  // not when polishing
         CHECK(*part.fault == point_);
@@ -422,7 +438,8 @@ TEST_CASE("a fault of a mesh is mended at its place alone", "[property]") {
     CHECK(checks.last_nearest <= 0.03);
     check_topology_kept(made);
     CHECK(made.after.shape.area_length.min >= 0.5);
-    CHECK(std::abs(std::ssize(made.result.mesh.triangles) - std::ssize(before.triangles)) < 0.1 * double(before.triangles.size()));
+    CHECK(std::abs(std::ssize(made.result.mesh.triangles) - std::ssize(before.triangles)) <
+          0.1 * double(before.triangles.size()));
 }
 
 namespace {
@@ -431,7 +448,8 @@ namespace {
 class Retrying : public Unyielding {
   public:
     explicit Retrying(double factor) : factor_(factor) {}
-    std::optional<std::vector<double>> sizes_below(const SurfaceMesh& mesh, std::span<const Vector3d> places, double factor) override {
+    std::optional<std::vector<double>> sizes_below(const SurfaceMesh& mesh, std::span<const Vector3d> places,
+                                                   double factor) override {
         CHECK_FALSE(places.empty());
         ++asked_below;
         CHECK(factor < 1);
@@ -439,7 +457,8 @@ class Retrying : public Unyielding {
         std::vector<double> sizes = mesh.sizes;
         for (std::size_t v = 0; v < sizes.size(); ++v)
             for (const Vector3d& p : places)
-                if ((mesh.points[v] - p).norm() < 1.5 * mesh.sizes[v]) sizes[v] = std::min(factor, factor_) * mesh.sizes[v];
+                if ((mesh.points[v] - p).norm() < 1.5 * mesh.sizes[v])
+                    sizes[v] = std::min(factor, factor_) * mesh.sizes[v];
         return sizes;
     }
     void take_back() override { ++taken_back; }
@@ -466,10 +485,13 @@ TEST_CASE("where elements are bad without a cause another mesh is tried, and tak
     const unsigned seed = GENERATE(1u, 2u, 3u, 4u);
     CAPTURE(seed);
     const testing::Mesh sphere = triangulations::sphere(3);
-    const Triangulation surface(triangulations::soup(triangulations::noisy(sphere, 0.5 * triangulations::mean_edge(sphere), seed)), kUnfeatured);
+    const Triangulation surface(
+        triangulations::soup(triangulations::noisy(sphere, 0.5 * triangulations::mean_edge(sphere), seed)),
+        kUnfeatured);
     const RemeshOptions careless{.goal = 0.1};
     Retrying content(1), retrying(0.8);
-    const Remeshed first = remeshed(surface, uniform(0.15), careless, &content), second = remeshed(surface, uniform(0.15), careless, &retrying);
+    const Remeshed first = remeshed(surface, uniform(0.15), careless, &content),
+                   second = remeshed(surface, uniform(0.15), careless, &retrying);
     REQUIRE(short_of_limits(first.after) > 0);
     CHECK(content.asked_below == 1);
     CHECK(retrying.asked_below >= 1);
@@ -477,8 +499,10 @@ TEST_CASE("where elements are bad without a cause another mesh is tried, and tak
     CHECK(retrying.taken_back <= 4);
     // What is returned is what was checked last.
     CHECK(sorted_points(second.result.mesh) == sorted_points(retrying.checked_last));
-    if (retrying.taken_back == retrying.asked_below) CHECK(sorted_points(second.result.mesh) == sorted_points(first.result.mesh));
-    else CHECK(short_of_limits(second.after) < short_of_limits(first.after));
+    if (retrying.taken_back == retrying.asked_below)
+        CHECK(sorted_points(second.result.mesh) == sorted_points(first.result.mesh));
+    else
+        CHECK(short_of_limits(second.after) < short_of_limits(first.after));
 }
 
 namespace {
@@ -498,7 +522,8 @@ class WantingShort : public Retrying {
             const Triangle& v = mesh.triangles[t];
             if (std::find(v.begin(), v.end(), nearest) == v.end()) continue;
             fault.triangles.push_back(t);
-            for (int k = 0; k < 3; ++k) fault.distance = std::max(fault.distance, (mesh.points[v[k]] - mesh.points[v[(k + 1) % 3]]).norm());
+            for (int k = 0; k < 3; ++k)
+                fault.distance = std::max(fault.distance, (mesh.points[v[k]] - mesh.points[v[(k + 1) % 3]]).norm());
         }
         lengths.push_back(fault.distance);
         return fault.distance > most_ ? std::vector{fault} : std::vector<MeshFault>{};
@@ -536,7 +561,8 @@ TEST_CASE("at faults that are left sizes are lowered again", "[property]") {
 
 TEST_CASE("a mesh stays what it is where another one would have more triangles than there may be", "[property]") {
     const testing::Mesh sphere = triangulations::sphere(3);
-    const Triangulation surface(triangulations::soup(triangulations::noisy(sphere, 0.5 * triangulations::mean_edge(sphere), 1)), kUnfeatured);
+    const Triangulation surface(
+        triangulations::soup(triangulations::noisy(sphere, 0.5 * triangulations::mean_edge(sphere), 1)), kUnfeatured);
     RemeshOptions careless{.goal = 0.1};
     Retrying content(1), retrying(0.3);
     const Remeshed first = remeshed(surface, uniform(0.15), careless, &content);
@@ -571,8 +597,10 @@ TEST_CASE("a lattice of edges of about the size asked for, though stretched, is 
     for (int row = 0; row < n; ++row)
         for (int i = 0; i < n; ++i) {
             const int a = at(row, i), b = at(row, i + 1), c = at(row + 1, i), d = at(row + 1, i + 1);
-            if (row % 2 == 0) sheet.triangles.insert(sheet.triangles.end(), {{a, b, c}, {b, d, c}});
-            else sheet.triangles.insert(sheet.triangles.end(), {{a, b, d}, {a, d, c}});
+            if (row % 2 == 0)
+                sheet.triangles.insert(sheet.triangles.end(), {{a, b, c}, {b, d, c}});
+            else
+                sheet.triangles.insert(sheet.triangles.end(), {{a, b, d}, {a, d, c}});
         }
     const Remeshed made = remeshed(Triangulation(triangulations::soup(sheet)), uniform(1));
     CAPTURE(stretch, made.before.shape.area_length.mean, made.after.shape.area_length.mean);
@@ -607,7 +635,8 @@ TEST_CASE("sizes of a thousandth of the triangles that are given are reached", "
     const TriangulationBackground map = make_background(surface, sizes);
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support();
-    const SurfaceMesh mesh = remesh({support, surface.features(), surface.soup().labels}, control, map.cells, {.fast = true}).mesh;
+    const SurfaceMesh mesh =
+        remesh({support, surface.features(), surface.soup().labels}, control, map.cells, {.fast = true}).mesh;
     const Vector3d place = surface.soup().points[vertex];
     double shortest = 1;
     for (const Vector3d& p : mesh.points)
@@ -622,6 +651,8 @@ TEST_CASE("cells and labels of another triangulation are refused", "[mesh]") {
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support();
     const std::vector<int> short_labels(5, 1);
-    CHECK_THROWS_WITH(remesh({support, surface.features()}, control, std::span(map.cells).first(3)), Catch::Contains("3 cells"));
-    CHECK_THROWS_WITH(remesh({support, surface.features(), short_labels}, control, map.cells), Catch::Contains("5 labels"));
+    CHECK_THROWS_WITH(remesh({support, surface.features()}, control, std::span(map.cells).first(3)),
+                      Catch::Contains("3 cells"));
+    CHECK_THROWS_WITH(remesh({support, surface.features(), short_labels}, control, map.cells),
+                      Catch::Contains("5 labels"));
 }

@@ -16,7 +16,9 @@ namespace support {
 
 namespace detail {
 
-inline std::size_t place_in(const std::string& text, std::mt19937_64& random) { return text.empty() ? 0 : random() % text.size(); }
+inline std::size_t place_in(const std::string& text, std::mt19937_64& random) {
+    return text.empty() ? 0 : random() % text.size();
+}
 
 /// A number of the text, or a few bytes where there is none, is replaced by what readers may stumble over.
 inline void put_odd_number(std::string& contents, std::mt19937_64& random) {
@@ -80,7 +82,8 @@ inline void move_stretch(std::string& contents, std::mt19937_64& random) {
 /// Flips bits, changes a character, replaces numbers, moves a stretch, cuts off the end; or leaves all as it is.
 inline std::string damaged(std::string contents, std::mt19937_64& random) {
     const std::size_t flips = random() % 4;
-    for (std::size_t k = 0; k < flips; ++k) contents[random() % contents.size()] ^= static_cast<char>(1 << random() % 8);
+    for (std::size_t k = 0; k < flips; ++k)
+        contents[random() % contents.size()] ^= static_cast<char>(1 << random() % 8);
     if (random() % 3 == 0) contents[random() % contents.size()] = "0-.e \n9\xff\0"[random() % 9];
     if (random() % 3 == 0) detail::put_odd_number(contents, random);
     if (random() % 4 == 0) detail::move_stretch(contents, random);

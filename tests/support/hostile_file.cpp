@@ -21,7 +21,8 @@ bool is_one_line(const std::string& text) { return !text.empty() && text.find('\
 
 bool are_of(const std::vector<Field>& fields, std::size_t items) {
     for (const Field& field : fields)
-        if (field.components < 1 || field.values.size() != items * static_cast<std::size_t>(field.components)) return false;
+        if (field.components < 1 || field.values.size() != items * static_cast<std::size_t>(field.components))
+            return false;
     return true;
 }
 
@@ -44,7 +45,8 @@ std::string fault_of(const MeshData& data) {
         if (t < 0 || static_cast<std::size_t>(t) >= soup.triangles.size()) return "a required triangle is out of range";
     for (const auto& [vertex, at] : soup.parameters)
         if (!is_vertex(vertex) || at.patch < 0 || !at.uv.allFinite()) return "parameters are out of range";
-    if (!are_of(data.point_fields, soup.points.size()) || !are_of(data.cell_fields, soup.triangles.size())) return "a field has gaps";
+    if (!are_of(data.point_fields, soup.points.size()) || !are_of(data.cell_fields, soup.triangles.size()))
+        return "a field has gaps";
     return "";
 }
 
@@ -53,7 +55,8 @@ std::string fault_of_surface(const TriangleSoup& soup) {
         const Triangulation surface(soup);
         if (!(surface.diagonal() > 0) || !std::isfinite(surface.diagonal())) return "a surface without extent";
         for (const WedgeCurvature& c : surface.curvature())
-            if (!c.normal.allFinite() || !std::isfinite(c.k1) || !std::isfinite(c.k2)) return "a curvature is not finite";
+            if (!c.normal.allFinite() || !std::isfinite(c.k1) || !std::isfinite(c.k2))
+                return "a curvature is not finite";
     } catch (const std::invalid_argument& refusal) {
         if (!is_one_line(refusal.what())) return std::string("not one line: ") + refusal.what();
     }

@@ -7,9 +7,11 @@
 
 namespace gradus {
 
-/// Checks a surface's position, jet1, jet2 and jets at uv against each other and against central differences of step h in both parameters.
+/// Checks a surface's position, jet1, jet2 and jets at uv against each other and against central differences of step h
+/// in both parameters.
 /// @param relative  error allowed in first and second derivatives, relative to the largest of them
-inline void check_jets(const ParametricSurface& surface, const Eigen::Vector2d& uv, double h = 1e-4, double relative = 1e-6) {
+inline void check_jets(const ParametricSurface& surface, const Eigen::Vector2d& uv, double h = 1e-4,
+                       double relative = 1e-6) {
     const Jet2 jet = surface.jet2(uv);
     const Jet1 first = surface.jet1(uv);
     const Eigen::Vector2d a(h, 0), b(0, h);
@@ -22,8 +24,10 @@ inline void check_jets(const ParametricSurface& surface, const Eigen::Vector2d& 
     CHECK(batch.p == jet.p);
     CHECK(batch.dvv == jet.dvv);
 
-    const Jet1 left = surface.jet1(uv - a), right = surface.jet1(uv + a), below = surface.jet1(uv - b), above = surface.jet1(uv + b);
-    const double scale = jet.p.norm() + jet.du.norm() + jet.dv.norm() + jet.duu.norm() + jet.duv.norm() + jet.dvv.norm();
+    const Jet1 left = surface.jet1(uv - a), right = surface.jet1(uv + a), below = surface.jet1(uv - b),
+               above = surface.jet1(uv + b);
+    const double scale =
+        jet.p.norm() + jet.du.norm() + jet.dv.norm() + jet.duu.norm() + jet.duv.norm() + jet.dvv.norm();
     const double allowed = relative * scale;
     CHECK(((right.p - left.p) / (2 * h) - jet.du).norm() <= allowed);
     CHECK(((above.p - below.p) / (2 * h) - jet.dv).norm() <= allowed);

@@ -43,12 +43,14 @@ BezierNet bilinear(const Vector3d& p00, const Vector3d& p10, const Vector3d& p01
     return {1, 1, {p00, p10, p01, p11}, {}};
 }
 
-/// Quarter k of the unit circle as a rational quadratic: point i of 3 and its weight. Coordinates are exactly 0, 1 or -1.
+/// Quarter k of the unit circle as a rational quadratic: point i of 3 and its weight. Coordinates are exactly 0, 1 or
+/// -1.
 struct ArcPoint {
     double x, y, w;
 };
 ArcPoint quarter_arc(int k, int i) {
-    constexpr std::array<std::array<int, 2>, 8> ring{{{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
+    constexpr std::array<std::array<int, 2>, 8> ring{
+        {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
     const std::array<int, 2> at = ring[(2 * k + i) % 8];
     return {static_cast<double>(at[0]), static_cast<double>(at[1]), i == 1 ? std::sqrt(0.5) : 1.0};
 }
@@ -77,8 +79,8 @@ std::array<double, 25> product(const std::array<double, 9>& a, const std::array<
     for (int i = 0; i < 9; ++i)
         for (int j = 0; j < 9; ++j) {
             const int x = i % 3 + j % 3, y = i / 3 + j / 3;
-            c[5 * y + x] += a[i] * b[j] * binomial(2, i % 3) * binomial(2, j % 3) / binomial(4, x) * binomial(2, i / 3) *
-                            binomial(2, j / 3) / binomial(4, y);
+            c[5 * y + x] += a[i] * b[j] * binomial(2, i % 3) * binomial(2, j % 3) / binomial(4, x) *
+                            binomial(2, i / 3) * binomial(2, j / 3) / binomial(4, y);
         }
     return c;
 }
@@ -174,8 +176,8 @@ Nets wavy_sheet(int n, double amplitude) {
     const double h = 1.0 / n;
     const auto f = [](double x) { return std::sin(pi * x); };
     const auto df = [](double x) { return pi * std::cos(pi * x); };
-    // Bernstein coefficients on [x0, x0 + h] of the cubic with the values and slopes of f at both ends. The graph is a product of
-    // two such splines: C1.
+    // Bernstein coefficients on [x0, x0 + h] of the cubic with the values and slopes of f at both ends. The graph is a
+    // product of two such splines: C1.
     const auto cubic = [&](int cell, int i) {
         const double x0 = cell * h, x1 = (cell + 1) * h;
         return i == 0 ? f(x0) : i == 1 ? f(x0) + h / 3 * df(x0) : i == 2 ? f(x1) - h / 3 * df(x1) : f(x1);
@@ -186,14 +188,16 @@ Nets wavy_sheet(int n, double amplitude) {
             BezierNet net;
             for (int j = 0; j < 4; ++j)
                 for (int i = 0; i < 4; ++i)
-                    net.points.emplace_back((3 * a + i) / (3.0 * n), (3 * b + j) / (3.0 * n), amplitude * cubic(a, i) * cubic(b, j));
+                    net.points.emplace_back((3 * a + i) / (3.0 * n), (3 * b + j) / (3.0 * n),
+                                            amplitude * cubic(a, i) * cubic(b, j));
             nets.push_back(std::move(net));
         }
     return nets;
 }
 
 Nets hinge(double angle) {
-    const Vector3d left(-1, 0, 0), right(std::cos(angle), 0, std::sin(angle)), y = Vector3d::UnitY(), o = Vector3d::Zero();
+    const Vector3d left(-1, 0, 0), right(std::cos(angle), 0, std::sin(angle)), y = Vector3d::UnitY(),
+                                                                               o = Vector3d::Zero();
     return {bilinear(left, o, left + y, y), bilinear(o, right, y, right + y)};
 }
 
@@ -237,7 +241,8 @@ Nets sphere_octants(double radius) {
     Nets nets;
     for (int half = -1; half <= 0; ++half)
         for (int k = 0; k < 4; ++k) {
-            std::vector<ArcPoint> meridian;  // quarter -1 runs from the south pole to the equator, quarter 0 on to the north pole
+            std::vector<ArcPoint>
+                meridian;  // quarter -1 runs from the south pole to the equator, quarter 0 on to the north pole
             for (int j = 0; j < 3; ++j) {
                 const ArcPoint p = quarter_arc(half + 4, j);
                 meridian.push_back({radius * p.x, radius * p.y, p.w});
@@ -248,17 +253,20 @@ Nets sphere_octants(double radius) {
 }
 
 Nets sphere_cube(double radius) {
-    // The face around +z, projected from the south pole to the plane, is bounded by four arcs of circles of radius sqrt(2) around
-    // (-1, 0) and so on, of half angle 15 degrees. A biquadratic (X, Y, W) with these arcs as sides, put into the inverse
-    // projection (2 X W, 2 Y W, W^2 - X^2 - Y^2) / (X^2 + Y^2 + W^2), is a patch of degree 4.
+    // The face around +z, projected from the south pole to the plane, is bounded by four arcs of circles of radius
+    // sqrt(2) around
+    // (-1, 0) and so on, of half angle 15 degrees. A biquadratic (X, Y, W) with these arcs as sides, put into the
+    // inverse projection (2 X W, 2 Y W, W^2 - X^2 - Y^2) / (X^2 + Y^2 + W^2), is a patch of degree 4.
     const double a = 1 / (1 + std::sqrt(3.0)), cosine = std::cos(pi / 12),
                  b = std::sqrt(2.0) - cosine;  // b: tangents meet, times the weight
     const std::array<double, 9> X{-a, 0, a, -b, 0, b, -a, 0, a}, Y{-a, -b, -a, 0, 0, 0, a, b, a};
     const std::array<double, 9> W{1, cosine, 1, cosine, cosine * cosine, cosine, 1, cosine, 1};
-    const std::array<double, 25> XX = product(X, X), YY = product(Y, Y), WW = product(W, W), XW = product(X, W), YW = product(Y, W);
+    const std::array<double, 25> XX = product(X, X), YY = product(Y, Y), WW = product(W, W), XW = product(X, W),
+                                 YW = product(Y, W);
     std::vector<Vector4d> face;
     for (int k = 0; k < 25; ++k)
-        face.emplace_back(radius * 2 * XW[k], radius * 2 * YW[k], radius * (WW[k] - XX[k] - YY[k]), XX[k] + YY[k] + WW[k]);
+        face.emplace_back(radius * 2 * XW[k], radius * 2 * YW[k], radius * (WW[k] - XX[k] - YY[k]),
+                          XX[k] + YY[k] + WW[k]);
     const BezierNet top = from_homogeneous(4, 4, face);
     const auto map = [&](const std::function<Vector3d(const Vector3d&)>& move) { return mapped({top}, move)[0]; };
     return {top,
@@ -298,18 +306,22 @@ Nets cone(double radius, double height) {
 PatchModel two_hemispheres(double radius) {
     std::vector<Patch> patches;
     for (int k = 0; k < 2; ++k)
-        patches.push_back(reparametrise(make_sphere(Vector3d::Zero(), radius), Eigen::Matrix2d::Identity(), Vector2d::Zero(), {{k * pi, -pi / 2}, {(k + 1) * pi, pi / 2}}));
+        patches.push_back(reparametrise(make_sphere(Vector3d::Zero(), radius), Eigen::Matrix2d::Identity(),
+                                        Vector2d::Zero(), {{k * pi, -pi / 2}, {(k + 1) * pi, pi / 2}}));
     return PatchModel(std::move(patches));
 }
 
 PatchModel sphere_with_seam(double radius) { return model_of(make_sphere(Vector3d::Zero(), radius)); }
 PatchModel torus_with_seams(double major, double minor) { return model_of(make_torus(Vector3d::Zero(), major, minor)); }
-PatchModel cylinder_with_seam(double radius, double height) { return model_of(make_cylinder(Vector3d::Zero(), radius, height)); }
+PatchModel cylinder_with_seam(double radius, double height) {
+    return model_of(make_cylinder(Vector3d::Zero(), radius, height));
+}
 
 Patch stretched_sphere(double stretch, double radius) {
     Eigen::Matrix2d A;
     A << stretch, 0, 0, 1;
-    return reparametrise(make_sphere(Vector3d::Zero(), radius), A, Vector2d::Zero(), {{0, -pi / 2}, {2 * pi / stretch, pi / 2}});
+    return reparametrise(make_sphere(Vector3d::Zero(), radius), A, Vector2d::Zero(),
+                         {{0, -pi / 2}, {2 * pi / stretch, pi / 2}});
 }
 
 }  // namespace gradus::models

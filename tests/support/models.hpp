@@ -15,7 +15,8 @@ namespace gradus::models {
 using Patch = std::unique_ptr<const ParametricSurface>;
 using Nets = std::vector<BezierNet>;
 
-// -- From one thing to another -------------------------------------------------------------------------------------------------
+// -- From one thing to another
+// -------------------------------------------------------------------------------------------------
 
 PatchModel model_of(const Nets& nets, const GlueOptions& options = {});
 PatchModel model_of(Patch patch);
@@ -34,7 +35,8 @@ BezierNet turned(const BezierNet& net, int k);
 /// Every patch in another of the eight parametrisations: same surface, orientations and directions mixed.
 Nets shuffled(const Nets& nets);
 
-// -- Open models ---------------------------------------------------------------------------------------------------------------
+// -- Open models
+// ---------------------------------------------------------------------------------------------------------------
 
 Nets teapot_nets();
 PatchModel teapot();
@@ -43,16 +45,18 @@ PatchModel teapot();
 BezierNet flat_square();
 /// Bicubic over the unit square, inner control points at z = height (heights up to 0.56 height).
 BezierNet bump(double height = 0.5);
-/// The unit square with S_u at the left side `stretch` times as short as elsewhere: a strongly uneven parametrisation of the plane.
+/// The unit square with S_u at the left side `stretch` times as short as elsewhere: a strongly uneven parametrisation
+/// of the plane.
 BezierNet uneven_square(double stretch = 1000);
 /// The square [0, length] x [0, length / aspect], bent a little (height length / 20 in the middle of the long way).
 BezierNet sliver(double aspect = 1e4, double length = 1);
-/// n x n bicubic patches of a smooth graph z = amplitude sin sin over the unit square (C1 by construction: Hermite data of the graph).
+/// n x n bicubic patches of a smooth graph z = amplitude sin sin over the unit square (C1 by construction: Hermite data
+/// of the graph).
 Nets wavy_sheet(int n, double amplitude = 0.1);
 /// Two flat unit squares hinged on the y axis, meeting at `angle` (0: coplanar) radians between their normals.
 Nets hinge(double angle);
-/// A bicubic patch over [0, 1]^2 and a patch of degree (5, 1) over [-1, 0] x [0, 1]: they share the curve x = 0, a cubic whose control
-/// points the second has raised to degree 5 (and runs along it as its u).
+/// A bicubic patch over [0, 1]^2 and a patch of degree (5, 1) over [-1, 0] x [0, 1]: they share the curve x = 0, a
+/// cubic whose control points the second has raised to degree 5 (and runs along it as its u).
 Nets mixed_degrees();
 /// Two squares sharing the straight side x = 0, on which their parametrisations differ (uniform and y = v^2-like).
 Nets differing_parameters();
@@ -61,7 +65,8 @@ Nets cube();
 /// Two bumps back to back, glued along all four sides.
 Nets cushion(double height = 0.5);
 
-// -- Closed and smooth, exact in rational form ---------------------------------------------------------------------------------
+// -- Closed and smooth, exact in rational form
+// ---------------------------------------------------------------------------------
 
 /// Eight biquadratic octants, with two poles.
 Nets sphere_octants(double radius = 1);
@@ -74,7 +79,8 @@ Nets cylinder(double radius = 1, double height = 2);
 /// Four biquadratic-by-linear patches from a circle to the apex at (0, 0, height), a pole without a normal.
 Nets cone(double radius = 1, double height = 1);
 
-// -- One analytic patch glued to itself ----------------------------------------------------------------------------------------
+// -- One analytic patch glued to itself
+// ----------------------------------------------------------------------------------------
 
 PatchModel sphere_with_seam(double radius = 1);                       ///< one seam, two poles
 PatchModel torus_with_seams(double major = 2, double minor = 0.5);    ///< two seams, one vertex, no boundary

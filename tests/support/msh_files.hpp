@@ -66,7 +66,8 @@ inline std::string binary_msh(int version, bool big) {
         for (const int i : {2, 2, 3}) i4(i);
         for (const int n : {1, 11, 20, 50, 60, 30}) i8(static_cast<std::uint64_t>(n));
     }
-    bytes += "\n$EndElements\n$Comments\nany $End or $Nodes\n$EndComments\n$NodeData\n1\n\"size\"\n1\n0.0\n3\n0\n1\n2\n";
+    bytes +=
+        "\n$EndElements\n$Comments\nany $End or $Nodes\n$EndComments\n$NodeData\n1\n\"size\"\n1\n0.0\n3\n0\n1\n2\n";
     i4(30), real(0.75);
     i4(10), real(0.1);
     bytes += "\n$EndNodeData\n$ElementData\n1\n\"flow\"\n1\n0.0\n3\n0\n3\n2\n";

@@ -27,7 +27,8 @@ inline Outline rounded(double width, double height, double radius, int facets) {
 
 inline Outline polygon(int sides) {
     Outline outline;
-    for (int k = 0; k < sides; ++k) outline.emplace_back(std::cos(2 * std::numbers::pi * k / sides), std::sin(2 * std::numbers::pi * k / sides));
+    for (int k = 0; k < sides; ++k)
+        outline.emplace_back(std::cos(2 * std::numbers::pi * k / sides), std::sin(2 * std::numbers::pi * k / sides));
     return outline;
 }
 
@@ -45,7 +46,8 @@ inline gradus::TriangleSoup prism(const Outline& outline, double height) {
     return soup;
 }
 
-/// Over an outline that sees the origin from everywhere, turned by an angle from layer to layer; its caps fans from the axis.
+/// Over an outline that sees the origin from everywhere, turned by an angle from layer to layer; its caps fans from the
+/// axis.
 inline gradus::TriangleSoup twisted(const Outline& outline, double height, double angle, int layers) {
     gradus::TriangleSoup soup;
     const int n = static_cast<int>(outline.size()), bottom = n * (layers + 1);
@@ -58,7 +60,8 @@ inline gradus::TriangleSoup twisted(const Outline& outline, double height, doubl
     soup.points.emplace_back(0, 0, height);
     for (int i = 0; i < n; ++i) {
         const int j = (i + 1) % n, top = n * layers;
-        for (int a = 0; a < top; a += n) soup.triangles.insert(soup.triangles.end(), {{a + i, a + j, a + n + j}, {a + i, a + n + j, a + n + i}});
+        for (int a = 0; a < top; a += n)
+            soup.triangles.insert(soup.triangles.end(), {{a + i, a + j, a + n + j}, {a + i, a + n + j, a + n + i}});
         soup.triangles.insert(soup.triangles.end(), {{bottom, j, i}, {bottom + 1, top + i, top + j}});
     }
     return soup;
@@ -70,14 +73,17 @@ inline Outline gear(int teeth, int facets, double root) {
     for (int i = 0; i < teeth; ++i)
         for (int k = 0; k < 2 * (facets + 1); ++k) {
             const bool rises = k <= facets;
-            const double share = double(k % (facets + 1)) / facets, radius = root + (1 - root) * (rises ? share : 1 - share);
-            const double angle = 2 * std::numbers::pi / teeth * (i + (rises ? 0.05 + 0.25 * std::sqrt(share) : 0.9 - 0.3 * std::sqrt(1 - share)));
+            const double share = double(k % (facets + 1)) / facets,
+                         radius = root + (1 - root) * (rises ? share : 1 - share);
+            const double angle = 2 * std::numbers::pi / teeth *
+                                 (i + (rises ? 0.05 + 0.25 * std::sqrt(share) : 0.9 - 0.3 * std::sqrt(1 - share)));
             outline.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
         }
     return outline;
 }
 
-/// A profile of (radius, height), from the axis below to the axis above, turned around the z axis in some steps; planes are pairs of triangles.
+/// A profile of (radius, height), from the axis below to the axis above, turned around the z axis in some steps; planes
+/// are pairs of triangles.
 inline gradus::TriangleSoup revolved(const Outline& profile, int steps) {
     gradus::TriangleSoup soup;
     const int rings = static_cast<int>(profile.size()), bottom = rings * steps;
@@ -107,7 +113,8 @@ inline gradus::TriangleSoup rounded_box(const Eigen::Vector3d& size, double radi
     const Eigen::Vector3d inner = size / 2 - Eigen::Vector3d::Constant(radius);
     const auto point = [&](int corner, int side, double longitude, double latitude) {
         const Eigen::Vector3d sign(corner == 0 || corner == 3 ? 1 : -1, corner < 2 ? 1 : -1, side);
-        const Eigen::Vector3d way(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude), std::sin(latitude));
+        const Eigen::Vector3d way(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude),
+                                  std::sin(latitude));
         soup.points.push_back(sign.cwiseProduct(inner) + radius * way);
     };
     const double step = std::numbers::pi / 2 / facets;
@@ -128,9 +135,12 @@ inline gradus::TriangleSoup rounded_box(const Eigen::Vector3d& size, double radi
             soup.triangles.insert(soup.triangles.end(), {{a, b, b + columns}, {a, b + columns, a + columns}});
         }
     for (int c = 0; c < columns; ++c) {
-        const int next = (c + 1) % columns, here = c / (facets + 1), there = next / (facets + 1), top = (rows - 1) * columns;
+        const int next = (c + 1) % columns, here = c / (facets + 1), there = next / (facets + 1),
+                  top = (rows - 1) * columns;
         soup.triangles.insert(soup.triangles.end(), {{poles + here, next, c}, {poles + 4 + here, top + c, top + next}});
-        if (here != there) soup.triangles.insert(soup.triangles.end(), {{poles + here, poles + there, next}, {poles + 4 + there, poles + 4 + here, top + next}});
+        if (here != there)
+            soup.triangles.insert(soup.triangles.end(), {{poles + here, poles + there, next},
+                                                         {poles + 4 + there, poles + 4 + here, top + next}});
     }
     soup.triangles.insert(soup.triangles.end(), {{poles, poles + 2, poles + 1}, {poles, poles + 3, poles + 2}});
     soup.triangles.insert(soup.triangles.end(), {{poles + 4, poles + 5, poles + 6}, {poles + 4, poles + 6, poles + 7}});
@@ -139,7 +149,8 @@ inline gradus::TriangleSoup rounded_box(const Eigen::Vector3d& size, double radi
 
 inline double volume(const gradus::TriangleSoup& soup) {
     double sum = 0;
-    for (const gradus::Triangle& t : soup.triangles) sum += soup.points[t[0]].dot(soup.points[t[1]].cross(soup.points[t[2]])) / 6;
+    for (const gradus::Triangle& t : soup.triangles)
+        sum += soup.points[t[0]].dot(soup.points[t[1]].cross(soup.points[t[2]])) / 6;
     return sum;
 }
 

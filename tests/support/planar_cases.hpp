@@ -27,18 +27,22 @@ inline Matrix2d metric_at(const MetricField& metric, const Vector2d& p) {
 inline double true_length(const MetricField& metric, const Vector2d& a, const Vector2d& b, int samples = 8) {
     const Vector2d d = b - a;
     double sum = 0;
-    for (int i = 0; i < samples; ++i) sum += std::sqrt(std::max(0.0, d.dot(metric_at(metric, a + (i + 0.5) / samples * d) * d)));
+    for (int i = 0; i < samples; ++i)
+        sum += std::sqrt(std::max(0.0, d.dot(metric_at(metric, a + (i + 0.5) / samples * d) * d)));
     return sum / samples;
 }
 
-/// Appends the points of a closed curve of sides, each cut into pieces of about unit length; a side of length 0 stays whole.
-inline void add_loop(PlanarDomain& domain, const MetricField& metric, const std::vector<std::function<Vector2d(double)>>& sides) {
+/// Appends the points of a closed curve of sides, each cut into pieces of about unit length; a side of length 0 stays
+/// whole.
+inline void add_loop(PlanarDomain& domain, const MetricField& metric,
+                     const std::vector<std::function<Vector2d(double)>>& sides) {
     constexpr int kSamples = 4000;
     const int first = static_cast<int>(domain.points.size());
     for (const auto& side : sides) {
         std::vector<double> length(kSamples + 1, 0);
         for (int i = 0; i < kSamples; ++i)
-            length[i + 1] = length[i] + true_length(metric, side(double(i) / kSamples), side(double(i + 1) / kSamples), 1);
+            length[i + 1] =
+                length[i] + true_length(metric, side(double(i) / kSamples), side(double(i + 1) / kSamples), 1);
         const int pieces = std::max(1, static_cast<int>(std::lround(length.back())));
         for (int i = 0, j = 0; i < pieces; ++i) {
             const double wanted = length.back() * i / pieces;
@@ -65,8 +69,9 @@ inline void add_rectangle(PlanarDomain& domain, const MetricField& metric, doubl
 }
 
 inline void add_circle(PlanarDomain& domain, const MetricField& metric, const Vector2d& centre, double radius) {
-    add_loop(domain, metric,
-             {[=](double t) { return Vector2d(centre + radius * Vector2d(std::cos(2 * kPi * t), std::sin(2 * kPi * t))); }});
+    add_loop(domain, metric, {[=](double t) {
+                 return Vector2d(centre + radius * Vector2d(std::cos(2 * kPi * t), std::sin(2 * kPi * t)));
+             }});
 }
 
 inline MetricField constant_metric(const Matrix2d& m) {
@@ -85,7 +90,9 @@ inline MetricField radial_metric(const Vector2d& centre, double size, double slo
 
 /// Polar map of a cone with apex at v = 0: (u, v) is angle and distance.
 inline MetricField polar_metric(double size) {
-    return [=](const Vector2d& p, int&) { return Matrix2d(Vector2d(p.y() * p.y(), 1).asDiagonal().toDenseMatrix() / (size * size)); };
+    return [=](const Vector2d& p, int&) {
+        return Matrix2d(Vector2d(p.y() * p.y(), 1).asDiagonal().toDenseMatrix() / (size * size));
+    };
 }
 
 struct Facts {
@@ -97,7 +104,8 @@ struct Facts {
 };
 
 /// Facts of a mesh, without the triangles and edges that have a point that is `left_out` (poles).
-inline Facts measure(const PlanarMesh& mesh, const MetricField& metric, const std::function<bool(const Vector2d&)>& left_out = {}) {
+inline Facts measure(const PlanarMesh& mesh, const MetricField& metric,
+                     const std::function<bool(const Vector2d&)>& left_out = {}) {
     Facts facts;
     std::map<std::array<int, 2>, int> uses;
     const auto skip = [&](int i) { return left_out && left_out(mesh.points[i]); };
@@ -105,12 +113,15 @@ inline Facts measure(const PlanarMesh& mesh, const MetricField& metric, const st
         const Vector2d a = mesh.points[t[0]], b = mesh.points[t[1]], c = mesh.points[t[2]];
         for (int k = 0; k < 3; ++k) ++uses[{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])}];
         const double area = ((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x()) / 2;
-        const auto density = [&](const Vector2d& p) { return std::sqrt(std::max(0.0, metric_at(metric, p).determinant())); };
+        const auto density = [&](const Vector2d& p) {
+            return std::sqrt(std::max(0.0, metric_at(metric, p).determinant()));
+        };
         const double metric_area = area * (density((a + b) / 2) + density((b + c) / 2) + density((c + a) / 2)) / 3;
         facts.metric_area += metric_area;
         if (skip(t[0]) || skip(t[1]) || skip(t[2])) continue;
         double sum = 0;
-        for (const double l : {true_length(metric, a, b), true_length(metric, b, c), true_length(metric, c, a)}) sum += l * l;
+        for (const double l : {true_length(metric, a, b), true_length(metric, b, c), true_length(metric, c, a)})
+            sum += l * l;
         const double quality = 4 * std::sqrt(3.0) * metric_area / sum;
         facts.mean_quality += quality;
         facts.worst_quality = std::min(facts.worst_quality, quality);

@@ -47,13 +47,15 @@ inline gradus::TriangleSoup wild_soup(unsigned seed) {
     std::mt19937_64 random(seed);
     const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
     gradus::TriangleSoup soup;
-    soup.points = {{5e-324, -2.2250738585072011e-308, 1e300}, {1.7976931348623157e308, -0.0, 0.1}, {1.0 / 3, 1e-300, -1e22}};
+    soup.points = {
+        {5e-324, -2.2250738585072011e-308, 1e300}, {1.7976931348623157e308, -0.0, 0.1}, {1.0 / 3, 1e-300, -1e22}};
     while (soup.points.size() < 60) soup.points.push_back({any_double(random), any_double(random), any_double(random)});
     for (int t = 0; t < 100; ++t) {
         soup.triangles.push_back({below(60), below(60), below(60)});
         soup.labels.push_back(1 + below(7));
     }
-    for (int i = 0; i < 40; ++i) soup.parameters.push_back({below(60), {below(9), {any_double(random), any_double(random)}}});
+    for (int i = 0; i < 40; ++i)
+        soup.parameters.push_back({below(60), {below(9), {any_double(random), any_double(random)}}});
     for (int i = 0; i < 15; ++i) soup.edges.push_back({below(60), below(60)});
     for (int i = 0; i < 5; ++i) soup.corners.push_back(below(60));
     for (int i = 0; i < 4; ++i) soup.required.vertices.push_back(below(60));

@@ -25,7 +25,9 @@ inline Known sphere_known(double radius) {
 }
 
 inline Known torus_known(double major, double minor) {
-    const auto middle = [=](const Eigen::Vector3d& p) { return Eigen::Vector3d(major * Eigen::Vector3d(p.x(), p.y(), 0).normalized()); };
+    const auto middle = [=](const Eigen::Vector3d& p) {
+        return Eigen::Vector3d(major * Eigen::Vector3d(p.x(), p.y(), 0).normalized());
+    };
     return {[=](const Eigen::Vector3d& p) { return Eigen::Vector3d(middle(p) + minor * (p - middle(p)).normalized()); },
             [=](const Eigen::Vector3d& p) { return Eigen::Vector3d((p - middle(p)).normalized()); }};
 }
@@ -35,7 +37,8 @@ inline Mesh halved(const Mesh& mesh, const Known& known) {
     Mesh fine{mesh.points, {}};
     std::map<std::array<int, 2>, int> middles;
     const auto middle = [&](int a, int b) {
-        const auto [it, is_new] = middles.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<int>(fine.points.size()));
+        const auto [it, is_new] =
+            middles.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<int>(fine.points.size()));
         if (is_new) fine.points.push_back(known.project((mesh.points[a] + mesh.points[b]) / 2));
         return it->second;
     };
@@ -63,7 +66,9 @@ inline Mesh sphere(int halvings, double radius = 1, double jitter = 0.12, unsign
     Mesh mesh = testing::octahedron();
     for (Eigen::Vector3d& p : mesh.points) p *= radius;
     for (Triangle& t : mesh.triangles)
-        if ((mesh.points[t[1]] - mesh.points[t[0]]).cross(mesh.points[t[2]] - mesh.points[t[0]]).dot(mesh.points[t[0]]) < 0)
+        if ((mesh.points[t[1]] - mesh.points[t[0]])
+                .cross(mesh.points[t[2]] - mesh.points[t[0]])
+                .dot(mesh.points[t[0]]) < 0)
             std::swap(t[1], t[2]);
     for (int k = 0; k < halvings; ++k) mesh = halved(mesh, known);
     return jittered(std::move(mesh), known, jitter, seed);
@@ -79,7 +84,8 @@ inline Mesh torus(int n, int m, double major = 3, double minor = 1, double jitte
     std::mt19937 random(seed);
     for (std::size_t t = 0; t < mesh.triangles.size(); t += 2) {
         if (random() % 2 == 0) continue;
-        const int a = mesh.triangles[t][0], b = mesh.triangles[t][1], c = mesh.triangles[t][2], d = mesh.triangles[t + 1][2];
+        const int a = mesh.triangles[t][0], b = mesh.triangles[t][1], c = mesh.triangles[t][2],
+                  d = mesh.triangles[t + 1][2];
         mesh.triangles[t] = {a, b, d};
         mesh.triangles[t + 1] = {b, c, d};
     }
@@ -92,8 +98,9 @@ inline Mesh welded(const Mesh& mesh) {
     std::map<std::array<long long, 3>, int> known;
     std::vector<int> to;
     for (const Eigen::Vector3d& p : mesh.points) {
-        const auto [it, is_new] = known.try_emplace({std::llround(1e9 * p.x()), std::llround(1e9 * p.y()), std::llround(1e9 * p.z())},
-                                                    static_cast<int>(result.points.size()));
+        const auto [it, is_new] =
+            known.try_emplace({std::llround(1e9 * p.x()), std::llround(1e9 * p.y()), std::llround(1e9 * p.z())},
+                              static_cast<int>(result.points.size()));
         if (is_new) result.points.push_back(p);
         to.push_back(it->second);
     }

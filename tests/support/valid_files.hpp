@@ -1,4 +1,5 @@
-/// Small valid files of every format that is read, in its variants: by the writers of the library where it has them, else made here.
+/// Small valid files of every format that is read, in its variants: by the writers of the library where it has them,
+/// else made here.
 #pragma once
 
 #include <string>

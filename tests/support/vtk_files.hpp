@@ -19,7 +19,8 @@ inline std::string base64(std::string_view bytes) {
     std::string text;
     for (std::size_t i = 0; i < bytes.size(); i += 3) {
         unsigned bits = 0;
-        for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+        for (std::size_t k = 0; k < 3; ++k)
+            bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
         for (std::size_t k = 0; k < 4; ++k) text += i + k > bytes.size() ? '=' : kLetters[bits >> (18 - 6 * k) & 63];
     }
     return text;
@@ -28,7 +29,8 @@ inline std::string base64(std::string_view bytes) {
 inline std::string deflated(std::string_view bytes) {
     uLongf size = compressBound(bytes.size());
     std::string packed(size, '\0');
-    if (compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()) != Z_OK)
+    if (compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
+                 bytes.size()) != Z_OK)
         throw std::runtime_error("zlib does not pack");
     packed.resize(size);
     return packed;
@@ -39,14 +41,16 @@ enum class Format { Inline, AppendedRaw, AppendedBase64 };
 /// A writer of VTK files in all their encodings.
 class Writer {
   public:
-    Writer(Format format, bool big, bool wide, bool compressed) : format_(format), big_(big), wide_(wide), compressed_(compressed) {}
+    Writer(Format format, bool big, bool wide, bool compressed)
+        : format_(format), big_(big), wide_(wide), compressed_(compressed) {}
 
     template <class Number>
-    std::string array(const std::string& type, const std::string& name, int components, const std::vector<Number>& values) {
+    std::string array(const std::string& type, const std::string& name, int components,
+                      const std::vector<Number>& values) {
         std::string bytes;
         for (const Number value : values) put(bytes, value, big_);
-        std::string xml =
-            "<DataArray type=\"" + type + "\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) + "\" format=\"";
+        std::string xml = "<DataArray type=\"" + type + "\" Name=\"" + name + "\" NumberOfComponents=\"" +
+                          std::to_string(components) + "\" format=\"";
         if (format_ == Format::Inline) return xml + "binary\">\n  " + encoded(bytes) + "\n</DataArray>\n";
         xml += "appended\" offset=\"" + std::to_string(appended_.size()) + "\"/>\n";
         appended_ += encoded(bytes);
@@ -54,20 +58,23 @@ class Writer {
     }
 
     std::string file(const std::string& kind, const std::string& piece) const {
-        std::string text = "<?xml version=\"1.0\"?>\n<!-- made up -->\n<VTKFile type=\"" + kind + "\" version=\"1.0\" byte_order=\"" +
-                           (big_ ? "BigEndian" : "LittleEndian") + "\"" + (wide_ ? " header_type=\"UInt64\"" : "") +
-                           (compressed_ ? " compressor=\"vtkZLibDataCompressor\"" : "") + ">\n<" + kind + ">\n" + piece + "</" + kind +
-                           ">\n";
+        std::string text = "<?xml version=\"1.0\"?>\n<!-- made up -->\n<VTKFile type=\"" + kind +
+                           "\" version=\"1.0\" byte_order=\"" + (big_ ? "BigEndian" : "LittleEndian") + "\"" +
+                           (wide_ ? " header_type=\"UInt64\"" : "") +
+                           (compressed_ ? " compressor=\"vtkZLibDataCompressor\"" : "") + ">\n<" + kind + ">\n" +
+                           piece + "</" + kind + ">\n";
         if (format_ != Format::Inline)
-            text += std::string("<AppendedData encoding=\"") + (format_ == Format::AppendedRaw ? "raw" : "base64") + "\">\n _" + appended_ +
-                    "\n</AppendedData>\n";
+            text += std::string("<AppendedData encoding=\"") + (format_ == Format::AppendedRaw ? "raw" : "base64") +
+                    "\">\n _" + appended_ + "\n</AppendedData>\n";
         return text + "</VTKFile>\n";
     }
 
   private:
     void header(std::string& bytes, std::size_t number) const {
-        if (wide_) put(bytes, static_cast<std::uint64_t>(number), big_);
-        else put(bytes, static_cast<std::uint32_t>(number), big_);
+        if (wide_)
+            put(bytes, static_cast<std::uint64_t>(number), big_);
+        else
+            put(bytes, static_cast<std::uint32_t>(number), big_);
     }
     std::string encoded(const std::string& bytes) const {
         std::string head, body = bytes;
@@ -99,7 +106,8 @@ class Writer {
 /// Two pieces: a triangle, a quadrilateral and a line; then a polygon. With fields.
 inline std::string two_pieces(Writer writer) {
     std::string piece = "<Piece NumberOfPoints=\"5\" NumberOfCells=\"3\">\n<PointData>\n";
-    piece += writer.array<double>("Float64", "size", 1, {0.1, 1e300, std::numeric_limits<double>::infinity(), 5e-324, -0.0});
+    piece +=
+        writer.array<double>("Float64", "size", 1, {0.1, 1e300, std::numeric_limits<double>::infinity(), 5e-324, -0.0});
     piece += writer.array<float>("Float32", "only here", 1, {1, 2, 3, 4, 5});
     piece += "</PointData>\n<CellData>\n";
     piece += writer.array<std::int8_t>("Int8", "level", 1, {-1, 7, 9});

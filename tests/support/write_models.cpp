@@ -14,7 +14,9 @@ using namespace gradus;
 namespace {
 
 void write_all_patches(const std::string& folder) {
-    const auto write = [&](const char* name, const models::Nets& nets) { write_patches(folder + "/" + name + ".bpt", {nets, ""}); };
+    const auto write = [&](const char* name, const models::Nets& nets) {
+        write_patches(folder + "/" + name + ".bpt", {nets, ""});
+    };
     write("teapot", models::teapot_nets());
     write("square", {models::flat_square()});
     write("bump", {models::bump()});
@@ -33,7 +35,9 @@ void write_all_patches(const std::string& folder) {
 }
 
 void write_all_triangulations(const std::string& folder) {
-    const auto write = [&](const char* name, const TriangleSoup& soup) { write_mesh(folder + "/" + name + ".off", soup); };
+    const auto write = [&](const char* name, const TriangleSoup& soup) {
+        write_mesh(folder + "/" + name + ".off", soup);
+    };
     using namespace triangulations;
     write("fine_sphere", soup(sphere(4)));
     write("coarse_torus", soup(torus(40, 20)));

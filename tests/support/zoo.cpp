@@ -33,7 +33,8 @@ double integrated_area(const PatchModel& model) {
         const Eigen::Vector2d cell = (d.max - d.min) / n;
         for (int k = 0; k < 16 * n * n; ++k) {
             const int i = k / 16 % n, j = k / 16 / n, gu = k % 4, gv = k / 4 % 4;
-            const Jet1 jet = model.patch(p).jet1({d.min.x() + (i + (1 + x[gu]) / 2) * cell.x(), d.min.y() + (j + (1 + x[gv]) / 2) * cell.y()});
+            const Jet1 jet = model.patch(p).jet1(
+                {d.min.x() + (i + (1 + x[gu]) / 2) * cell.x(), d.min.y() + (j + (1 + x[gv]) / 2) * cell.y()});
             area += w[gu] * w[gv] / 4 * cell.x() * cell.y() * jet.du.cross(jet.dv).norm();
         }
     }
@@ -41,7 +42,12 @@ double integrated_area(const PatchModel& model) {
 }
 
 Kind of_nets(const std::string& name, const Nets& nets, double area, double size, int loops, int genus = 0) {
-    return {.name = name, .make = [nets] { return model_of(nets); }, .area = area, .size = size, .loops = loops, .genus = genus};
+    return {.name = name,
+            .make = [nets] { return model_of(nets); },
+            .area = area,
+            .size = size,
+            .loops = loops,
+            .genus = genus};
 }
 
 Kind integrated(const std::string& name, const Nets& nets, double size, int loops) {
@@ -65,7 +71,8 @@ std::vector<Kind> zoo() {
     std::vector<Kind> kinds;
     kinds.push_back(on(of_nets("flat square", {flat_square()}, 1, 0.05, 1), off_plane));
     kinds.push_back(integrated("bump", {bump()}, 0.05, 1));
-    for (int k = 1; k < 8; ++k) kinds.push_back(integrated("bump turned " + std::to_string(k), {turned(bump(), k)}, 0.05, 1));
+    for (int k = 1; k < 8; ++k)
+        kinds.push_back(integrated("bump turned " + std::to_string(k), {turned(bump(), k)}, 0.05, 1));
     kinds.push_back(on(of_nets("uneven square", {uneven_square()}, 1, 0.05, 1), off_plane));
     kinds.push_back(integrated("sliver", {sliver(100)}, 0.005, 1));
     kinds.push_back(integrated("wavy sheet", wavy_sheet(3), 0.05, 1));
@@ -86,18 +93,33 @@ std::vector<Kind> zoo() {
     kinds.push_back(on(of_nets("torus shuffled", shuffled(torus()), torus_area, 0.2, 0, 1), off_torus));
     kinds.push_back(on(of_nets("cylinder", cylinder(), 4 * pi, 0.15, 2), off_cylinder));
     kinds.push_back(on(of_nets("cylinder shuffled", shuffled(cylinder()), 4 * pi, 0.15, 2), off_cylinder));
-    kinds.push_back({.name = "sphere with seam", .make = [] { return sphere_with_seam(); }, .area = 4 * pi, .size = 0.15, .off_surface = off_sphere});
-    kinds.push_back({.name = "two hemispheres", .make = [] { return two_hemispheres(); }, .area = 4 * pi, .size = 0.15, .off_surface = off_sphere});
-    kinds.push_back(
-        {.name = "stretched sphere", .make = [] { return model_of(stretched_sphere()); }, .area = 4 * pi, .size = 0.15, .off_surface = off_sphere});
+    kinds.push_back({.name = "sphere with seam",
+                     .make = [] { return sphere_with_seam(); },
+                     .area = 4 * pi,
+                     .size = 0.15,
+                     .off_surface = off_sphere});
+    kinds.push_back({.name = "two hemispheres",
+                     .make = [] { return two_hemispheres(); },
+                     .area = 4 * pi,
+                     .size = 0.15,
+                     .off_surface = off_sphere});
+    kinds.push_back({.name = "stretched sphere",
+                     .make = [] { return model_of(stretched_sphere()); },
+                     .area = 4 * pi,
+                     .size = 0.15,
+                     .off_surface = off_sphere});
     kinds.push_back({.name = "torus with seams",
                      .make = [] { return torus_with_seams(); },
                      .area = torus_area,
                      .size = 0.2,
                      .genus = 1,
                      .off_surface = off_torus});
-    kinds.push_back(
-        {.name = "cylinder with seam", .make = [] { return cylinder_with_seam(); }, .area = 4 * pi, .size = 0.15, .loops = 2, .off_surface = off_cylinder});
+    kinds.push_back({.name = "cylinder with seam",
+                     .make = [] { return cylinder_with_seam(); },
+                     .area = 4 * pi,
+                     .size = 0.15,
+                     .loops = 2,
+                     .off_surface = off_cylinder});
     return kinds;
 }
 

@@ -11,10 +11,10 @@ namespace gradus::models {
 struct Kind {
     std::string name{};
     std::function<PatchModel()> make{};
-    double area = 0;            ///< of the surface
-    double size = 0.1;          ///< a uniform size that gives several hundred triangles
+    double area = 0;    ///< of the surface
+    double size = 0.1;  ///< a uniform size that gives several hundred triangles
     int components = 1, loops = 0, genus = 0;
-    int creases = 0;            ///< curves that are creases
+    int creases = 0;  ///< curves that are creases
     /// Distance from the surface, where it has an equation.
     std::function<double(const Eigen::Vector3d&)> off_surface{};
 };

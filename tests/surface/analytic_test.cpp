@@ -51,5 +51,6 @@ TEST_CASE("Analytic surfaces refuse sizes that make none", "[surface]") {
     CHECK_THROWS_AS(make_torus({0, 0, 0}, 1, 1), std::invalid_argument);
     CHECK_THROWS_AS(make_cylinder({0, 0, 0}, 1, -1), std::invalid_argument);
     CHECK_THROWS_AS(make_plane({0, 0, 0}, {1, 1, 0}, {2, 2, 0}), std::invalid_argument);
-    CHECK_THROWS_AS(reparametrise(make_sphere({0, 0, 0}, 1), Eigen::Matrix2d::Zero(), {0, 0}, {}), std::invalid_argument);
+    CHECK_THROWS_AS(reparametrise(make_sphere({0, 0, 0}, 1), Eigen::Matrix2d::Zero(), {0, 0}, {}),
+                    std::invalid_argument);
 }

@@ -52,7 +52,8 @@ const std::vector<Degrees> some_degrees{{1, 1}, {3, 3}, {2, 3}, {1, 4}, {5, 2}, 
 
 }  // namespace
 
-TEST_CASE("Bezier patches agree with de Casteljau's algorithm, a little outside the domain too", "[surface][property]") {
+TEST_CASE("Bezier patches agree with de Casteljau's algorithm, a little outside the domain too",
+          "[surface][property]") {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> in(-0.05, 1.05);
     for (const Degrees& d : some_degrees)
@@ -108,7 +109,8 @@ TEST_CASE("Corners of a Bezier patch are its control points to the bit", "[surfa
         }
 }
 
-TEST_CASE("Sides with the same control points are the same to the bit, whichever way the patch is turned", "[surface][exact]") {
+TEST_CASE("Sides with the same control points are the same to the bit, whichever way the patch is turned",
+          "[surface][exact]") {
     std::mt19937 random(6);
     std::uniform_int_distribution<long long> in(0, 1LL << 53);
     for (const Degrees& d : some_degrees)

@@ -31,8 +31,8 @@ double total_length(const PatchModel& model, CurveKind kind) {
 
 /// Vertices - edges + faces. Poles count as neither edge nor curve: their side is a point.
 int euler_characteristic(const PatchModel& model) {
-    return static_cast<int>(model.vertices().size()) - (static_cast<int>(model.curves().size()) - count(model, CurveKind::Pole)) +
-           model.num_patches();
+    return static_cast<int>(model.vertices().size()) -
+           (static_cast<int>(model.curves().size()) - count(model, CurveKind::Pole)) + model.num_patches();
 }
 
 /// Volume enclosed by outward orientation, by the midpoint rule.
@@ -150,7 +150,8 @@ TEST_CASE("The teapot is the same model in any parametrisation, size and place",
             CHECK(count(model, kind) == count(reference, kind));
         CHECK(model.vertices().size() == reference.vertices().size());
         CHECK(enclosed_volume(model, 10) / std::pow(factor, 3) == Approx(volume));
-        CHECK(total_length(model, CurveKind::Boundary) / factor == Approx(total_length(reference, CurveKind::Boundary)).epsilon(1e-9));
+        CHECK(total_length(model, CurveKind::Boundary) / factor ==
+              Approx(total_length(reference, CurveKind::Boundary)).epsilon(1e-9));
         for (int i = 0; i < 32; ++i) {
             // The middle of a patch is the middle in all parametrisations.
             const SurfacePoint middle{i, {0.5, 0.5}};
@@ -158,8 +159,8 @@ TEST_CASE("The teapot is the same model in any parametrisation, size and place",
         }
     }
     const Eigen::AngleAxisd turn(1.0, Vector3d(1, 2, 3).normalized());
-    const PatchModel moved = models::model_of(
-        models::mapped(models::teapot_nets(), [&](const Vector3d& p) -> Vector3d { return turn * p + Vector3d(100, 0, 0); }));
+    const PatchModel moved = models::model_of(models::mapped(
+        models::teapot_nets(), [&](const Vector3d& p) -> Vector3d { return turn * p + Vector3d(100, 0, 0); }));
     CHECK(moved.num_components() == 4);
     CHECK(moved.curves().size() == reference.curves().size());
     CHECK(count(moved, CurveKind::Crease) == 0);
@@ -187,7 +188,8 @@ TEST_CASE("Spheres, tori and cylinders have their topology and outward normals",
             for (const ModelCurve& curve : model.curves()) CHECK(curve.largest_angle < 1e-6);
             CHECK(enclosed_volume(model, 100) == Approx(expected.volume).epsilon(1e-3));
         }
-    CHECK(total_length(models::model_of(models::sphere_cube(1)), CurveKind::Smooth) == Approx(12 * std::acos(1.0 / 3)).epsilon(1e-9));
+    CHECK(total_length(models::model_of(models::sphere_cube(1)), CurveKind::Smooth) ==
+          Approx(12 * std::acos(1.0 / 3)).epsilon(1e-9));
     CHECK(total_length(models::model_of(models::cylinder(1, 2)), CurveKind::Boundary) == Approx(4 * pi).epsilon(1e-9));
 }
 
@@ -218,7 +220,8 @@ TEST_CASE("A patch is glued to itself along its seams", "[surface][exact]") {
 
     Eigen::Matrix2d swap;
     swap << 0, 1, 1, 0;
-    const PatchModel inward = models::model_of(reparametrise(make_torus({5, 0, 0}, 2, 0.5), swap, {0, 0}, {{0, 0}, {2 * pi, 2 * pi}}));
+    const PatchModel inward =
+        models::model_of(reparametrise(make_torus({5, 0, 0}, 2, 0.5), swap, {0, 0}, {{0, 0}, {2 * pi, 2 * pi}}));
     CHECK(inward.flipped(0));
     CHECK(inward.normal({0, {0, 0}}).isApprox(Vector3d::UnitX(), 1e-12));
 }
@@ -228,7 +231,8 @@ TEST_CASE("Creases are told from smooth curves by the angle between normals", "[
         const PatchModel model = models::model_of(models::hinge(degrees * pi / 180));
         check_consistent(model, 0);
         CHECK(count(model, degrees > 15 ? CurveKind::Crease : CurveKind::Smooth) == 1);
-        CHECK(model.curves()[model.side_curve(0, Side::Right).curve].largest_angle == Approx(degrees * pi / 180).margin(1e-12));
+        CHECK(model.curves()[model.side_curve(0, Side::Right).curve].largest_angle ==
+              Approx(degrees * pi / 180).margin(1e-12));
     }
     const PatchModel cube = models::model_of(models::cube());
     check_consistent(cube, 0);
@@ -278,8 +282,8 @@ TEST_CASE("Parts that only touch stay apart", "[surface][exact]") {
     CHECK(model.vertices().size() == 16);
     // A sphere with a smaller one that shares its pole.
     models::Nets spheres = models::sphere_octants(1);
-    for (const BezierNet& net :
-         models::mapped(models::sphere_octants(0.5), [](const Vector3d& p) -> Vector3d { return p + Vector3d(0, 0, 0.5); }))
+    for (const BezierNet& net : models::mapped(models::sphere_octants(0.5),
+                                               [](const Vector3d& p) -> Vector3d { return p + Vector3d(0, 0, 0.5); }))
         spheres.push_back(net);
     const PatchModel nested = models::model_of(spheres);
     CHECK(nested.num_components() == 2);
@@ -312,8 +316,8 @@ TEST_CASE("Slivers and uneven parametrisations are models like others", "[surfac
 TEST_CASE("Models that are no surface are refused, by number", "[surface]") {
     models::Nets fan = models::hinge(0);
     fan.push_back(models::hinge(1.0)[1]);
-    CHECK_THROWS_WITH(models::model_of(fan),
-                      Catch::Contains("three sides share curve") && Catch::Contains("patch 0 right") && Catch::Contains("patch 2 left"));
+    CHECK_THROWS_WITH(models::model_of(fan), Catch::Contains("three sides share curve") &&
+                                                 Catch::Contains("patch 0 right") && Catch::Contains("patch 2 left"));
 
     models::Nets flat = models::hinge(0);
     flat[1].points[3] = flat[1].points[2] = {2, 0, 0};
@@ -329,10 +333,12 @@ TEST_CASE("Models that are no surface are refused, by number", "[surface]") {
         Vector3d position(const Vector2d&) const override { return Vector3d::Constant(NAN); }
         Jet1 jet1(const Vector2d& uv) const override { return {position(uv), Vector3d::UnitX(), Vector3d::UnitY()}; }
         Jet2 jet2(const Vector2d& uv) const override {
-            return {position(uv), Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+            return {position(uv),     Vector3d::UnitX(), Vector3d::UnitY(),
+                    Vector3d::Zero(), Vector3d::Zero(),  Vector3d::Zero()};
         }
     };
-    CHECK_THROWS_WITH(models::model_of(std::make_unique<const Broken>()), Catch::Contains("patch 0 has values that are not finite"));
+    CHECK_THROWS_WITH(models::model_of(std::make_unique<const Broken>()),
+                      Catch::Contains("patch 0 has values that are not finite"));
     CHECK_THROWS_AS(models::model_of(models::Patch()), std::invalid_argument);
     CHECK_THROWS_AS(models::model_of(models::cube(), {.tolerance = 0}), std::invalid_argument);
 

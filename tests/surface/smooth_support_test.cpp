@@ -23,14 +23,16 @@ struct Smooth {
     FlatFaces flats;
     std::unique_ptr<SmoothSupport> support;
 
-    Smooth(const Mesh& given, const std::function<Vector3d(const Vector3d&)>& normal, const SmoothSupport::Options& options = {})
+    Smooth(const Mesh& given, const std::function<Vector3d(const Vector3d&)>& normal,
+           const SmoothSupport::Options& options = {})
         : triangles(given), mesh(static_cast<int>(given.points.size()), given.triangles) {
         features = find_features(triangles.points, mesh);
         wedges = wedges_of(mesh);
         std::vector<Vector3d> normals = wedge_normals(triangles.points, mesh, wedges);
         if (normal)
             for (int w = 0; w < wedges.size(); ++w) normals[w] = normal(triangles.points[wedges.vertex[w]]);
-        support = std::make_unique<SmoothSupport>(triangles.points, mesh, features, wedges, flats, std::move(normals), options);
+        support = std::make_unique<SmoothSupport>(triangles.points, mesh, features, wedges, flats, std::move(normals),
+                                                  options);
     }
     int size() const { return mesh.num_triangles(); }
 };
@@ -96,7 +98,8 @@ Case case_of(int k) {
 
 }  // namespace
 
-TEST_CASE("the smooth surface goes through the vertices, and both triangles of an edge have the same curve", "[exact]") {
+TEST_CASE("the smooth surface goes through the vertices, and both triangles of an edge have the same curve",
+          "[exact]") {
     const Case c = case_of(GENERATE(0, 1));
     CAPTURE(c.name);
     const Smooth s(c.mesh, c.known.normal);
@@ -138,7 +141,8 @@ TEST_CASE("at 5000 vertices the smooth surface is a hundred times nearer than th
 
 TEST_CASE("over a sampled teapot the smooth surface is a hundred times nearer than the facets", "[converges]") {
     const PatchModel model = models::teapot();
-    // Distances to the patches, sorted, of points over facets and on them; normals are those that the vertices alone tell.
+    // Distances to the patches, sorted, of points over facets and on them; normals are those that the vertices alone
+    // tell.
     struct Distances {
         std::vector<double> smooth, flat;
     };
@@ -154,7 +158,8 @@ TEST_CASE("over a sampled teapot the smooth surface is a hundred times nearer th
                 if (!sampled.is_inner(v[0]) || !sampled.is_inner(v[1]) || !sampled.is_inner(v[2])) continue;
                 for (const auto& [b, c] : {std::pair(1.0 / 3, 1.0 / 3), {0.5, 0.5}, {0.5, 0.0}, {0.2, 0.6}}) {
                     const auto& points = sampled.mesh.points;
-                    const Eigen::Vector2d near = (1 - b - c) * sampled.uv[v[0]] + b * sampled.uv[v[1]] + c * sampled.uv[v[2]];
+                    const Eigen::Vector2d near =
+                        (1 - b - c) * sampled.uv[v[0]] + b * sampled.uv[v[1]] + c * sampled.uv[v[2]];
                     const Vector3d flat = (1 - b - c) * points[v[0]] + b * points[v[1]] + c * points[v[2]];
                     d.smooth.push_back(project(patch, support.point(t, b, c), near).distance);
                     d.flat.push_back(project(patch, flat, near).distance);
@@ -186,7 +191,8 @@ TEST_CASE("patches meet with one tangent plane along their edges", "[property]")
         const int g = s.mesh.twin(h);
         if (g < h) continue;
         for (const double x : {0.1, 0.3, 0.5, 0.7, 0.9}) {
-            const Vector3d n = side_normal(s.support->patch(h / 3), h % 3, x), m = side_normal(s.support->patch(g / 3), g % 3, 1 - x);
+            const Vector3d n = side_normal(s.support->patch(h / 3), h % 3, x),
+                           m = side_normal(s.support->patch(g / 3), g % 3, 1 - x);
             largest = std::max(largest, std::atan2(n.cross(m).norm(), n.dot(m)));
         }
     }
@@ -205,7 +211,8 @@ TEST_CASE("patches of random normals stay as near to their facets as asked", "[p
     double largest = 0, curves = 0;
     for_each_sample(s, 8, [&](int t, const GregoryPatch& patch, double b, double c) {
         const Triangle& v = s.triangles.triangles[t];
-        const Vector3d p0 = s.triangles.points[v[0]], n = (s.triangles.points[v[1]] - p0).cross(s.triangles.points[v[2]] - p0).normalized();
+        const Vector3d p0 = s.triangles.points[v[0]],
+                       n = (s.triangles.points[v[1]] - p0).cross(s.triangles.points[v[2]] - p0).normalized();
         largest = std::max(largest, std::abs(n.dot(patch.point(b, c) - p0)));
     });
     for (int h = 0; h < 3 * s.size(); ++h) {
@@ -227,7 +234,9 @@ Smooth needles(double squeezed) {
     for (Vector3d& p : sheet.points) p.x() *= squeezed, p.z() *= squeezed;
     std::mt19937 random(5);
     std::uniform_real_distribution<double> number(-1, 1);
-    return Smooth(sheet, [&](const Vector3d&) { return Vector3d(Vector3d(0, 0, 2) + Vector3d(number(random), number(random), number(random))).normalized(); });
+    return Smooth(sheet, [&](const Vector3d&) {
+        return Vector3d(Vector3d(0, 0, 2) + Vector3d(number(random), number(random), number(random))).normalized();
+    });
 }
 
 }  // namespace
@@ -273,12 +282,14 @@ TEST_CASE("normals of wedges are exact on a sphere, and one-sided at creases", "
     const Mesh mesh = triangulations::sphere(3, 2);
     const Smooth s(mesh, {});
     for (int t = 0; t < s.size(); ++t)
-        for (int k = 0; k < 3; ++k) CHECK((s.support->corner_normal(t, k) - mesh.points[mesh.triangles[t][k]] / 2).norm() < 1e-12);
+        for (int k = 0; k < 3; ++k)
+            CHECK((s.support->corner_normal(t, k) - mesh.points[mesh.triangles[t][k]] / 2).norm() < 1e-12);
     const Mesh cube = triangulations::cube(3);
     const Smooth c(cube, {});
     for (int t = 0; t < c.size(); ++t) {
         const Triangle& v = cube.triangles[t];
-        const Vector3d n = (cube.points[v[1]] - cube.points[v[0]]).cross(cube.points[v[2]] - cube.points[v[0]]).normalized();
+        const Vector3d n =
+            (cube.points[v[1]] - cube.points[v[0]]).cross(cube.points[v[2]] - cube.points[v[0]]).normalized();
         for (int k = 0; k < 3; ++k) CHECK((c.support->corner_normal(t, k) - n).norm() < 1e-12);
     }
     // So a cube stays a cube.
@@ -299,7 +310,8 @@ TEST_CASE("a walk on a convex surface ends at the closest facet", "[property]") 
     std::normal_distribution<double> number;
     int exact = 0, tries = 0;
     for (int i = 0; i < 500; ++i) {
-        const Vector3d p = (1 + 0.2 * std::abs(number(random))) * Vector3d(number(random), number(random), number(random)).normalized();
+        const Vector3d p = (1 + 0.2 * std::abs(number(random))) *
+                           Vector3d(number(random), number(random), number(random)).normalized();
         // From a triangle on the same side.
         const int start = static_cast<int>(random() % mesh.triangles.size());
         if (mesh.points[mesh.triangles[start][0]].dot(p) < 0.3) continue;
@@ -321,7 +333,8 @@ TEST_CASE("a walk stops at features and boundaries, and says that there is more 
     const Smooth s(mesh, {});
     const auto face_of = [&](int t) {
         const Triangle& v = mesh.triangles[t];
-        return Vector3d((mesh.points[v[1]] - mesh.points[v[0]]).cross(mesh.points[v[2]] - mesh.points[v[0]]).normalized());
+        return Vector3d(
+            (mesh.points[v[1]] - mesh.points[v[0]]).cross(mesh.points[v[2]] - mesh.points[v[0]]).normalized());
     };
     for (int t = 0; t < s.size(); ++t) {
         const Vector3d n = face_of(t), target = Vector3d(0.5, 0.5, 0.5) - 2 * n;
@@ -333,7 +346,8 @@ TEST_CASE("a walk stops at features and boundaries, and says that there is more 
         const SmoothSupport::Foot stopped = s.support->walk(t, Vector3d(0.5, 0.5, 0.5) + 2 * aside + 0.4 * n);
         CHECK((face_of(stopped.triangle) - n).norm() < 1e-12);
         CHECK(stopped.barred);
-        CHECK((flat_point(s, stopped.triangle, stopped.b, stopped.c) - Vector3d(0.5, 0.5, 0.5)).dot(aside) == Approx(0.5));
+        CHECK((flat_point(s, stopped.triangle, stopped.b, stopped.c) - Vector3d(0.5, 0.5, 0.5)).dot(aside) ==
+              Approx(0.5));
         CHECK((face_of(s.support->walk(t, target).triangle) - n).norm() < 1e-12);
     }
 }

@@ -40,7 +40,8 @@ Cage prism(int n) {
     Cage cage;
     std::vector<int> bottom, top;
     for (const double z : {0., 2.})
-        for (int i = 0; i < n; ++i) cage.points.emplace_back(std::cos(2 * std::numbers::pi * i / n), std::sin(2 * std::numbers::pi * i / n), z);
+        for (int i = 0; i < n; ++i)
+            cage.points.emplace_back(std::cos(2 * std::numbers::pi * i / n), std::sin(2 * std::numbers::pi * i / n), z);
     for (int i = 0; i < n; ++i) {
         bottom.insert(bottom.begin(), i);
         top.push_back(n + i);
@@ -54,17 +55,19 @@ Cage prism(int n) {
 PatchModel model_of(const Cage& cage) { return PatchModel(limit_surface(cage).patches, {.crease_angle = 0.05}); }
 
 int count(const PatchModel& model, CurveKind kind) {
-    return static_cast<int>(std::count_if(model.curves().begin(), model.curves().end(), [&](const ModelCurve& curve) { return curve.kind == kind; }));
+    return static_cast<int>(std::count_if(model.curves().begin(), model.curves().end(),
+                                          [&](const ModelCurve& curve) { return curve.kind == kind; }));
 }
 
 }  // namespace
 
 TEST_CASE("limit points of a cube are those of the masks of Catmull and Clark", "[exact]") {
-    // A corner of valence 3 goes to (9 p + 4 sum of neighbours + sum of opposite corners) / 24, here (5/9) p of it after symmetry.
+    // A corner of valence 3 goes to (9 p + 4 sum of neighbours + sum of opposite corners) / 24, here (5/9) p of it
+    // after symmetry.
     const LimitSurface surface = limit_surface(cube());
     REQUIRE(surface.patches.size() == 6);
     const Vector3d p(-1, -1, -1), neighbours = Vector3d(1, -1, -1) + Vector3d(-1, 1, -1) + Vector3d(-1, -1, 1),
-                   opposite = Vector3d(1, 1, -1) + Vector3d(1, -1, 1) + Vector3d(-1, 1, 1);
+                                  opposite = Vector3d(1, 1, -1) + Vector3d(1, -1, 1) + Vector3d(-1, 1, 1);
     const Vector3d limit = (9 * p + 4 * neighbours + opposite) / 24;
     CHECK((surface.patches[0]->position({0, 0}) - limit).norm() < 1e-7);
     CHECK(surface.face == std::vector<int>{0, 1, 2, 3, 4, 5});
@@ -75,11 +78,13 @@ TEST_CASE("regular patches are bicubic B-splines, their derivatives those of dif
     const LimitSurface surface = limit_surface(cage);
     const double x = 0.3, y = 0.6;
     const auto basis = [](double t) {
-        return std::array{(1 - t) * (1 - t) * (1 - t) / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6, t * t * t / 6};
+        return std::array{(1 - t) * (1 - t) * (1 - t) / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
+                          (-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6, t * t * t / 6};
     };
     Vector3d sum = Vector3d::Zero();
     for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) sum += basis(x)[i] * basis(y)[j] * cage.points[(i + 9 - 1) % 9 * 7 + (j + 7 - 1) % 7];
+        for (int j = 0; j < 4; ++j)
+            sum += basis(x)[i] * basis(y)[j] * cage.points[(i + 9 - 1) % 9 * 7 + (j + 7 - 1) % 7];
     CHECK((surface.patches[0]->position({x, y}) - sum).norm() < 1e-14);
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(0.1, 0.9);
@@ -87,9 +92,12 @@ TEST_CASE("regular patches are bicubic B-splines, their derivatives those of dif
     for (const auto& patch : surface.patches) {
         const Vector2d uv(uniform(random), uniform(random)), du(kStep, 0), dv(0, kStep);
         const Jet2 jet = patch->jet2(uv);
-        CHECK((jet.duu - (patch->jet1(uv + du).du - patch->jet1(uv - du).du) / (2 * kStep)).norm() < 1e-6 * jet.du.norm());
-        CHECK((jet.duv - (patch->jet1(uv + dv).du - patch->jet1(uv - dv).du) / (2 * kStep)).norm() < 1e-6 * jet.du.norm());
-        CHECK((jet.dvv - (patch->jet1(uv + dv).dv - patch->jet1(uv - dv).dv) / (2 * kStep)).norm() < 1e-6 * jet.du.norm());
+        CHECK((jet.duu - (patch->jet1(uv + du).du - patch->jet1(uv - du).du) / (2 * kStep)).norm() <
+              1e-6 * jet.du.norm());
+        CHECK((jet.duv - (patch->jet1(uv + dv).du - patch->jet1(uv - dv).du) / (2 * kStep)).norm() <
+              1e-6 * jet.du.norm());
+        CHECK((jet.dvv - (patch->jet1(uv + dv).dv - patch->jet1(uv - dv).dv) / (2 * kStep)).norm() <
+              1e-6 * jet.du.norm());
     }
 }
 
@@ -149,8 +157,11 @@ Cage triangles() {
             for (int k = 0; k < 12; ++k) {
                 if (!(i < j && i < k)) continue;
                 const Vector3d &p = cage.points[i], &q = cage.points[j], &r = cage.points[k];
-                const auto is_side = [](const Vector3d& x, const Vector3d& y) { return std::abs((x - y).norm() - 2) < 1e-9; };
-                if (is_side(p, q) && is_side(q, r) && is_side(r, p) && (q - p).cross(r - p).dot(p) > 0) cage.faces.push_back({i, j, k});
+                const auto is_side = [](const Vector3d& x, const Vector3d& y) {
+                    return std::abs((x - y).norm() - 2) < 1e-9;
+                };
+                if (is_side(p, q) && is_side(q, r) && is_side(r, p) && (q - p).cross(r - p).dot(p) > 0)
+                    cage.faces.push_back({i, j, k});
             }
     cage.points[3] *= 1.4;
     return cage;
@@ -170,10 +181,13 @@ TEST_CASE("Loop surfaces are smooth, and their second derivatives are those of t
         const auto& patch = surface.patches[sample % surface.patches.size()];
         const Vector2d uv(uniform(random), uniform(random)), du(kStep, 0), dv(0, kStep);
         const Jet2 jet = patch->jet2(uv);
-        const Vector3d duu = (patch->jet1(uv + du).du - patch->jet1(uv - du).du) / (2 * kStep), duv = (patch->jet1(uv + dv).du - patch->jet1(uv - dv).du) / (2 * kStep),
+        const Vector3d duu = (patch->jet1(uv + du).du - patch->jet1(uv - du).du) / (2 * kStep),
+                       duv = (patch->jet1(uv + dv).du - patch->jet1(uv - dv).du) / (2 * kStep),
                        dvv = (patch->jet1(uv + dv).dv - patch->jet1(uv - dv).dv) / (2 * kStep);
-        CHECK((jet.duu - duu).norm() + (jet.duv - duv).norm() + (jet.dvv - dvv).norm() < 0.002 * (duu.norm() + duv.norm() + dvv.norm()));
-        CHECK((jet.du - (patch->position(uv + du) - patch->position(uv - du)) / (2 * kStep)).norm() < 1e-6 * jet.du.norm());
+        CHECK((jet.duu - duu).norm() + (jet.duv - duv).norm() + (jet.dvv - dvv).norm() <
+              0.002 * (duu.norm() + duv.norm() + dvv.norm()));
+        CHECK((jet.du - (patch->position(uv + du) - patch->position(uv - du)) / (2 * kStep)).norm() <
+              1e-6 * jet.du.norm());
     }
     const PatchModel model(std::move(surface.patches), {.crease_angle = 0.05});
     CHECK(model.num_components() == 1);

@@ -46,7 +46,8 @@ TEST_CASE("The normal of a plane is found where its parametrisation is worst", "
     for (const double stretch : {1.0, 1e3, 1e6, 1e9, 1e12}) {
         const models::Patch patch = make_bezier_patch(models::uneven_square(stretch));
         for (const double u : {0.0, 1e-9, 0.5, 1.0})
-            for (const double v : {0.0, 0.5, 1.0}) CHECK((unit_normal(*patch, {u, v}) - Vector3d::UnitZ()).norm() < 1e-9);
+            for (const double v : {0.0, 0.5, 1.0})
+                CHECK((unit_normal(*patch, {u, v}) - Vector3d::UnitZ()).norm() < 1e-9);
     }
     BezierNet pole = models::flat_square();  // a triangle: the bottom is collapsed with the row above it
     for (int k = 0; k < 8; ++k) pole.points[k] = Vector3d(0.5, 0, 0);

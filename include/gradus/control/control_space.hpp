@@ -10,12 +10,13 @@
 
 namespace gradus {
 
-/// Sizes are linear over each triangle, so that their gradient is that of the triangle everywhere on it: a bound that holds on the triangles
-/// of the background holds between its vertices, however large they are for the sizes. (Where sizes vary geometrically [Borouchaki 1998, eq. 6]
-/// the slope along an edge is up to r ln r / (r - 1) times as steep, r the ratio of the sizes of its ends.)
-/// A point near the mesh is taken to the triangle it projects into, found by walking from a triangle that is known to be near:
-/// so parts that touch or intersect are not confused. Where, on a mesh without parameters, the walk ends farther from the point than a
-/// quarter of the size, as behind a sharp edge of a coarse mesh, the closest triangle takes its place.
+/// Sizes are linear over each triangle, so that their gradient is that of the triangle everywhere on it: a bound that
+/// holds on the triangles of the background holds between its vertices, however large they are for the sizes. (Where
+/// sizes vary geometrically [Borouchaki 1998, eq. 6] the slope along an edge is up to r ln r / (r - 1) times as steep,
+/// r the ratio of the sizes of its ends.) A point near the mesh is taken to the triangle it projects into, found by
+/// walking from a triangle that is known to be near: so parts that touch or intersect are not confused. Where, on a
+/// mesh without parameters, the walk ends farther from the point than a quarter of the size, as behind a sharp edge of
+/// a coarse mesh, the closest triangle takes its place.
 class ControlSpace {
   public:
     /// @param sizes  one per vertex, > 0 and finite
@@ -28,8 +29,8 @@ class ControlSpace {
 
     /// Size at p, walking from `triangle` (a triangle of the background near p), which is set to the one p falls into.
     double size(const Eigen::Vector3d& p, int& triangle) const;
-    /// A triangle of the background that holds the parameters, or the nearest there is on that patch. Only of a background with parameters,
-    /// as the size at a place.
+    /// A triangle of the background that holds the parameters, or the nearest there is on that patch. Only of a
+    /// background with parameters, as the size at a place.
     int locate(const SurfacePoint& at) const;
     /// Size at a place of the surface, interpolated in (u, v).
     double size(const SurfacePoint& at) const;
@@ -42,10 +43,11 @@ class ControlSpace {
     int num_triangles() const { return static_cast<int>(cells_.size()); }
 
   private:
-    // What a step of the walk reads, in one place: barycentric coordinates are 1 - a - b, a, b with a = ga.(p - p0), b = gb.(p - p0).
+    // What a step of the walk reads, in one place: barycentric coordinates are 1 - a - b, a, b with a = ga.(p - p0), b
+    // = gb.(p - p0).
     struct Cell {
         Eigen::Vector3d p0, ga, gb;
-        std::array<double, 3> h;  // at the corners
+        std::array<double, 3> h;       // at the corners
         std::array<int, 3> neighbour;  // across the edge opposite to corner k, -1 on the boundary
     };
     struct Grid {
@@ -54,10 +56,11 @@ class ControlSpace {
         std::vector<int> triangle;  // one per cell: a triangle near its middle
     };
     void reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes);
-    void add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& h, const std::array<int, 3>& neighbour);
+    void add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& h,
+                  const std::array<int, 3>& neighbour);
     static double size_in(const Cell& cell, double a, double b);
-    // Squared height of a point over the plane of a cell times `normal2`, the squared length of the normal that it is a multiple of: 0
-    // without area.
+    // Squared height of a point over the plane of a cell times `normal2`, the squared length of the normal that it is a
+    // multiple of: 0 without area.
     struct Height {
         double squared_times, normal2;
     };

@@ -18,17 +18,18 @@ struct SizedBackground {
 };
 
 struct BackgroundOptions {
-    int cells = 8;                  ///< squares along each side of a patch to begin with; fewer across a long patch, and more along it
+    int cells = 8;  ///< squares along each side of a patch to begin with; fewer across a long patch, and more along it
     double size_tolerance = 0.05;   ///< largest |ln(interpolated / exact size)| at edge middles and centroids
     double chord_tolerance = 0.05;  ///< largest gap between an edge and the surface above its middle, per edge length
     double finest = 1;              ///< edges of at most this metric length are never cut: the mesh could not show more
     int max_triangles = 20'000'000;
-    double max_unit_triangles = std::numeric_limits<double>::infinity();  ///< refuse sizes for which a unit mesh needs about twice as many
+    double max_unit_triangles =
+        std::numeric_limits<double>::infinity();  ///< refuse sizes for which a unit mesh needs about twice as many
 };
 
 /// Meshes every patch by a grid, then bisects longest edges, across patches, until the size map is represented.
-/// Sizes follow from the minimal radius of curvature of the surface, at curves the smallest of their sides; on creases and
-/// boundaries the curvature of the curve counts as well.
+/// Sizes follow from the minimal radius of curvature of the surface, at curves the smallest of their sides; on creases
+/// and boundaries the curvature of the curve counts as well.
 /// @throws std::invalid_argument for a bad rule or options
 /// @throws std::length_error naming the estimate, made on the first grid, where max_unit_triangles is far exceeded
 SizedBackground make_background(const PatchModel& model, const SizingRule& rule, const BackgroundOptions& options = {});
@@ -36,8 +37,9 @@ SizedBackground make_background(const PatchModel& model, const SizingRule& rule,
 /// Sizes by the rule at the vertices of a given background (prescribed points included).
 std::vector<double> geometric_sizes(const PatchModel& model, const Background& background, const SizingRule& rule);
 
-/// Cuts the edges that are too long for their sizes (metric length above `longest`, and more than ln 1.1 apart in size), so that
-/// gradation on edges is the largest reduction; sizes of new vertices are exact by the rule. @returns number of cuts
+/// Cuts the edges that are too long for their sizes (metric length above `longest`, and more than ln 1.1 apart in
+/// size), so that gradation on edges is the largest reduction; sizes of new vertices are exact by the rule. @returns
+/// number of cuts
 int refine_for_gradation(const PatchModel& model, const SizingRule& rule, double longest, SizedBackground& sized,
                          std::vector<double>& graded, int max_triangles = 20'000'000);
 

@@ -35,24 +35,28 @@ struct GradationResult {
     int steep_triangles = 0;    ///< triangles above gradient_bound (1 + 1e-9), whether or not the method bounds them
     int coarse_edges = 0;       ///< count_coarse_edges of the result, where a shock is given
     Certificate certificate;    ///< Exact with one bound only, else empty
-    std::vector<RequiredConflict> conflicts;  ///< required sizes that the bound on edges would have lowered (Full, Exact)
-    GradationReport before, after;            ///< measured
+    std::vector<RequiredConflict>
+        conflicts;                  ///< required sizes that the bound on edges would have lowered (Full, Exact)
+    GradationReport before, after;  ///< measured
 };
 
 /// Lowers a size map until it changes nowhere faster than asked, and measures the result.
 /// `met` for Full: shock <= beta (1 + 1e-9), variation <= its bound (1 + 1e-9) and the gradient of every triangle
-/// <= gradient_bound (1 + 1e-6); Exact and Paper: the bounds on edges; Gradient: converged, as the surface between vertices
-/// cannot be measured on edges.
+/// <= gradient_bound (1 + 1e-6); Exact and Paper: the bounds on edges; Gradient: converged, as the surface between
+/// vertices cannot be measured on edges.
 /// @param size  one size h > 0 per vertex, infinite where it is not set; lowered in place
-/// @throws std::invalid_argument if no bound is given, shock <= 1, variation <= 0, a size is not positive, a required size is
+/// @throws std::invalid_argument if no bound is given, shock <= 1, variation <= 0, a size is not positive, a required
+/// size is
 ///         unset, or sizes are required of Paper
 GradationResult grade(const TriMesh& mesh, std::span<double> size, const GradationOptions& options);
 
-/// Bound on the gradient of sizes that the options' bounds on edges come from: ln(shock), variation, or the smaller of the two.
+/// Bound on the gradient of sizes that the options' bounds on edges come from: ln(shock), variation, or the smaller of
+/// the two.
 /// @throws std::invalid_argument as grade
 double gradient_bound(const GradationOptions& options);
 
 /// Measures a map that was graded elsewhere: `after`, `met` and the counts of a result.
-void measure_graded(const TriMesh& mesh, std::span<const double> size, const GradationOptions& options, GradationResult& result);
+void measure_graded(const TriMesh& mesh, std::span<const double> size, const GradationOptions& options,
+                    GradationResult& result);
 
 }  // namespace gradus

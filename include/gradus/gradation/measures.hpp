@@ -29,8 +29,8 @@ inline double log_h_shock(double L, double h_p, double h_q) {
 /// length, which is the growth rate between successive elements of a unit mesh. [eq. 10]
 inline double h_shock(double L, double h_p, double h_q) { return std::exp(log_h_shock(L, h_p, h_q)); }
 
-/// Gradient of the linear interpolant of three sizes over the triangle abc, in its plane; zero for a triangle without area
-/// (its edges say what there is to say), infinite where some but not all sizes are.
+/// Gradient of the linear interpolant of three sizes over the triangle abc, in its plane; zero for a triangle without
+/// area (its edges say what there is to say), infinite where some but not all sizes are.
 Eigen::Vector3d size_gradient(const std::array<Eigen::Vector3d, 3>& corners, const std::array<double, 3>& sizes);
 
 /// Largest H-variation, respectively H-shock, of the edges at each vertex. [eq. 11]
@@ -41,20 +41,20 @@ std::vector<double> vertex_shocks(const TriMesh& mesh, std::span<const double> s
 /// size_gradient of each triangle. @throws as above
 std::vector<Eigen::Vector3d> size_gradients(const TriMesh& mesh, std::span<const double> size);
 
-/// Where x = L ln(beta) / h_small passes this value (the root of x = 4 (1 - e^(-x/2))), a larger h_small allows a *smaller*
-/// neighbour: the background mesh is too coarse for its map.
+/// Where x = L ln(beta) / h_small passes this value (the root of x = 4 (1 - e^(-x/2))), a larger h_small allows a
+/// *smaller* neighbour: the background mesh is too coarse for its map.
 inline constexpr double kCoarseEdge = 3.18724852008008018;
 
 /// Edges of the background mesh that are too coarse for their sizes under an H-shock bound beta > 1. @throws as above
 int count_coarse_edges(const TriMesh& mesh, double shock, std::span<const double> size);
 
 struct GradationReport {
-    double shock_max = 1;                       ///< largest H-shock of an edge
-    std::array<int, 2> shock_edge{-1, -1};      ///< its ends, lower index first; -1 while no edge changes size
-    double shock_p999 = 1;                      ///< 99.9 % of the edges have at most this H-shock
-    double variation_max = 0;                   ///< largest H-variation of an edge
+    double shock_max = 1;                   ///< largest H-shock of an edge
+    std::array<int, 2> shock_edge{-1, -1};  ///< its ends, lower index first; -1 while no edge changes size
+    double shock_p999 = 1;                  ///< 99.9 % of the edges have at most this H-shock
+    double variation_max = 0;               ///< largest H-variation of an edge
     std::array<int, 2> variation_edge{-1, -1};
-    double gradient_max = 0;                    ///< largest norm of the gradient of a triangle
+    double gradient_max = 0;  ///< largest norm of the gradient of a triangle
     int gradient_triangle = -1;
     double gradient_p999 = 0;
 };

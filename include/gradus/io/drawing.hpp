@@ -1,4 +1,5 @@
-/// Lines, areas and letters on an image, antialiased. Coordinates are pixels from the left and the top; a pixel is a unit square.
+/// Lines, areas and letters on an image, antialiased. Coordinates are pixels from the left and the top; a pixel is a
+/// unit square.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +16,8 @@ void fill_box(Image& image, const Eigen::Vector2d& low, const Eigen::Vector2d& h
 /// Draws a polyline with round joints.
 void draw_polyline(Image& image, std::span<const Eigen::Vector2d> points, double width, const Colour& colour);
 
-void draw_segment(Image& image, const Eigen::Vector2d& from, const Eigen::Vector2d& to, double width, const Colour& colour);
+void draw_segment(Image& image, const Eigen::Vector2d& from, const Eigen::Vector2d& to, double width,
+                  const Colour& colour);
 
 /// Copies `source` with its upper left corner at (x, y); what falls outside is left away.
 void paste(Image& image, const Image& source, int x, int y);

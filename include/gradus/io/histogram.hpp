@@ -27,23 +27,27 @@ struct HistogramData {
 
 /// @param range  default: that of the values
 /// @throws std::invalid_argument if bins < 1, or the range is not increasing, or not positive on a logarithmic scale
-HistogramData count_values(std::span<const double> values, int bins = 40, std::optional<Range> range = {}, Scale scale = Scale::Linear);
+HistogramData count_values(std::span<const double> values, int bins = 40, std::optional<Range> range = {},
+                           Scale scale = Scale::Linear);
 
 struct HistogramStyle {
     std::string title = {}, x_label = {};
     int width = 800, height = 480;  ///< pixels
     Colour bar = hex(0x4878a8);
-    std::optional<double> greatest_share = {};  ///< top of the vertical axis, to draw several alike; default: the tallest bar fits
-    std::optional<double> mark = {};            ///< value with a vertical line: a bound, a mean
+    std::optional<double> greatest_share =
+        {};  ///< top of the vertical axis, to draw several alike; default: the tallest bar fits
+    std::optional<double> mark = {};  ///< value with a vertical line: a bound, a mean
 };
 
 /// Gives two styles the same vertical axis, high enough for the tallest bar of both, unless the left one has its own.
-void share_axis(const HistogramData& left, HistogramStyle& left_style, const HistogramData& right, HistogramStyle& right_style);
+void share_axis(const HistogramData& left, HistogramStyle& left_style, const HistogramData& right,
+                HistogramStyle& right_style);
 
 Image draw_histogram(const HistogramData& histogram, const HistogramStyle& style = {});
 
 /// Two histograms side by side with the same axes. They should have the same range and bins.
-Image draw_histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right, HistogramStyle right_style);
+Image draw_histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right,
+                      HistogramStyle right_style);
 
 /// The same as an <svg> element for a web page; text takes the colour of the page.
 std::string histogram_svg(const HistogramData& histogram, const HistogramStyle& style = {});

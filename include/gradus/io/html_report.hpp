@@ -22,7 +22,8 @@ class HtmlReport {
 
     /// Columns after the first are set to the right. Short rows are filled up with empty cells.
     /// @throws std::invalid_argument if a row is longer than the header
-    void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows, const std::string& caption = "");
+    void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,
+               const std::string& caption = "");
 
     /// A measured value, with the limit it should keep.
     struct Check {
@@ -41,7 +42,8 @@ class HtmlReport {
 
     void histogram(const HistogramData& histogram, const HistogramStyle& style = {});
     /// Side by side with the same vertical axis, like draw_histograms.
-    void histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right, HistogramStyle right_style);
+    void histograms(const HistogramData& left, HistogramStyle left_style, const HistogramData& right,
+                    HistogramStyle right_style);
 
     void picture(const std::string& caption, const Image& image);
     /// With a PNG file that is encoded already.

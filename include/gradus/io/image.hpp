@@ -15,7 +15,8 @@ struct Colour {
 
 /// A colour written the way style sheets do: hex(0xff8000).
 constexpr Colour hex(std::uint32_t rgb) {
-    return {static_cast<float>(rgb >> 16 & 255) / 255, static_cast<float>(rgb >> 8 & 255) / 255, static_cast<float>(rgb & 255) / 255};
+    return {static_cast<float>(rgb >> 16 & 255) / 255, static_cast<float>(rgb >> 8 & 255) / 255,
+            static_cast<float>(rgb & 255) / 255};
 }
 
 /// Moves from `a` (t = 0) to `b` (t = 1).

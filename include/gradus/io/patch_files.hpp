@@ -16,12 +16,14 @@ struct PatchFile {
     std::string origin;  ///< text of the comment lines above the patch count, one line each; may be empty
 };
 
-/// Reads Bezier patches; the layout is told from the content. In all of them '#' starts a comment, commas count as blanks, empty
-/// lines are skipped, and points run along u first.
-///  - `.bpt`: the number of patches; then for each a line "m n" (degrees along u and v, 1 to 25) and (m + 1)(n + 1) lines of a
+/// Reads Bezier patches; the layout is told from the content. In all of them '#' starts a comment, commas count as
+/// blanks, empty lines are skipped, and points run along u first.
+///  - `.bpt`: the number of patches; then for each a line "m n" (degrees along u and v, 1 to 25) and (m + 1)(n + 1)
+///  lines of a
 ///    point "x y z", or "x y z w" with w > 0 its weight (x, y, z are the point itself, not multiplied by w).
 ///  - `.bez`: the number of patches; then 16 lines of a point for each, as above: all are bicubic.
-///  - indexed, the teapot's classic one: the number of patches; a line of 16 vertex numbers (from 1) for each; the number of
+///  - indexed, the teapot's classic one: the number of patches; a line of 16 vertex numbers (from 1) for each; the
+///  number of
 ///    vertices; a line "x y z" for each.
 /// @throws IoError with path and line if the file cannot be opened or is malformed
 PatchFile read_patches(const std::string& path);

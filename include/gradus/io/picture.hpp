@@ -19,12 +19,13 @@ enum class CameraProjection { Orthographic, Perspective };
 /// Where the picture is taken from. By default the whole mesh is in it.
 struct Camera {
     Eigen::Vector3d direction{0.5, -0.8, 0.35};  ///< from the mesh towards the eye, any length
-    Eigen::Vector3d up{0, 0, 1};                 ///< upright in the picture; another axis is taken if parallel to `direction`
+    Eigen::Vector3d up{0, 0, 1};  ///< upright in the picture; another axis is taken if parallel to `direction`
     CameraProjection projection = CameraProjection::Orthographic;
-    double view_angle = 20;                      ///< perspective only: angle in degrees, in (0, 120), at which the eye sees the whole mesh
-    std::optional<Eigen::Vector3d> target = {};  ///< point in the middle of the picture; default: middle of the mesh as projected
-    std::optional<double> width = {};            ///< length at the target that spans the picture, > 0; default: the mesh fits
-    double margin = 0.03;                        ///< free border when the mesh is fitted, fraction of the picture, in [0, 0.5)
+    double view_angle = 20;  ///< perspective only: angle in degrees, in (0, 120), at which the eye sees the whole mesh
+    std::optional<Eigen::Vector3d> target =
+        {};                            ///< point in the middle of the picture; default: middle of the mesh as projected
+    std::optional<double> width = {};  ///< length at the target that spans the picture, > 0; default: the mesh fits
+    double margin = 0.03;              ///< free border when the mesh is fitted, fraction of the picture, in [0, 0.5)
 };
 
 /// Numbers to colour a mesh with.
@@ -44,7 +45,8 @@ struct DrawnMesh {
     std::span<const Triangle> triangles;
     std::optional<ScalarField> field = {};
     std::span<const std::array<int, 2>> features = {};  ///< vertex pairs, drawn as heavy lines
-    /// One per triangle, or empty for all edges: bit k shows the edge from corner k to the next. Hides the diagonals of quadrilaterals.
+    /// One per triangle, or empty for all edges: bit k shows the edge from corner k to the next. Hides the diagonals of
+    /// quadrilaterals.
     std::span<const std::uint8_t> shown_edges = {};
 };
 
@@ -61,8 +63,8 @@ struct RenderOptions {
     Shading shading = Shading::Smooth;
     double crease_angle = 35;  ///< degrees: smooth shading stops where two triangles meet at more
     Colour edge = hex(0x1f2d42);
-    /// Pixels; 0 for no edges. Where triangles are only a few pixels wide, edges become thinner, then fainter, so dense parts keep a middle
-    /// tone.
+    /// Pixels; 0 for no edges. Where triangles are only a few pixels wide, edges become thinner, then fainter, so dense
+    /// parts keep a middle tone.
     double edge_width = 1.0;
     Colour outline = hex(0x101826);
     double outline_width = 1.8;  ///< pixels, for silhouettes and borders; 0 for none
@@ -72,11 +74,13 @@ struct RenderOptions {
 };
 
 /// Draws a mesh.
-/// @throws std::invalid_argument for a bad index, a field or edge mask of the wrong length, a point that is not finite, or an option out of
-/// range
+/// @throws std::invalid_argument for a bad index, a field or edge mask of the wrong length, a point that is not finite,
+/// or an option out of range
 Image render(const DrawnMesh& mesh, const Camera& camera = {}, const RenderOptions& options = {});
 
-/// Where a point of space falls in the picture `render` would draw: pixels from the left and the top. For labels and arrows.
-Eigen::Vector2d pixel_of(const Eigen::Vector3d& point, const DrawnMesh& mesh, const Camera& camera = {}, const RenderOptions& options = {});
+/// Where a point of space falls in the picture `render` would draw: pixels from the left and the top. For labels and
+/// arrows.
+Eigen::Vector2d pixel_of(const Eigen::Vector3d& point, const DrawnMesh& mesh, const Camera& camera = {},
+                         const RenderOptions& options = {});
 
 }  // namespace gradus

@@ -5,8 +5,8 @@
 
 namespace gradus {
 
-/// Keys in the order and with the names of the structs; always all of them, null for what was not measured and for numbers
-/// that are not finite.
+/// Keys in the order and with the names of the structs; always all of them, null for what was not measured and for
+/// numbers that are not finite.
 /// @param indent  spaces per level; -1: all on one line
 std::string to_json(const MeshReport& report, int indent = 2);
 

@@ -12,13 +12,15 @@
 namespace gradus {
 
 /// The closest point of the triangle abc to p, also for a triangle without area.
-Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+Eigen::Vector3d closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                              const Eigen::Vector3d& c);
 
 /// A tree of boxes over triangles. The spans must outlive it.
 class ClosestTriangle {
   public:
     /// @param chosen  triangles to look among, by index; not empty
-    ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles, std::vector<int> chosen);
+    ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles,
+                    std::vector<int> chosen);
     /// Over all of them.
     ClosestTriangle(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles);
 
@@ -26,8 +28,9 @@ class ClosestTriangle {
         int triangle = -1;
         double distance = std::numeric_limits<double>::infinity();
     };
-    /// The closest triangle, the one of least index where several are equally close. Logarithmic in the number of triangles for a point
-    /// near them. @param near  one of the triangles that is near p, which saves time; or -1  @pre p is finite
+    /// The closest triangle, the one of least index where several are equally close. Logarithmic in the number of
+    /// triangles for a point near them. @param near  one of the triangles that is near p, which saves time; or -1  @pre
+    /// p is finite
     Hit closest(const Eigen::Vector3d& p, int near = -1) const;
     /// All within a distance, by index.
     std::vector<int> within(const Eigen::Vector3d& p, double distance) const;
@@ -38,7 +41,8 @@ class ClosestTriangle {
         double cosine;               ///< of that angle, > 0
     };
     using Accept = std::function<bool(int triangle, const Eigen::Vector3d& point)>;
-    /// The closest triangle whose point closest to the apex lies in the cone, off the apex, and is accepted; -1 where none is within reach.
+    /// The closest triangle whose point closest to the apex lies in the cone, off the apex, and is accepted; -1 where
+    /// none is within reach.
     Hit closest_in_cone(const Cone& cone, double reach, const Accept& accept) const;
 
   private:
@@ -49,7 +53,9 @@ class ClosestTriangle {
             low = low.cwiseMin(other.low);
             high = high.cwiseMax(other.high);
         }
-        double squared_distance(const Eigen::Vector3d& p) const { return (low - p).cwiseMax(p - high).cwiseMax(0).squaredNorm(); }
+        double squared_distance(const Eigen::Vector3d& p) const {
+            return (low - p).cwiseMax(p - high).cwiseMax(0).squaredNorm();
+        }
     };
     struct Node {
         Box box;

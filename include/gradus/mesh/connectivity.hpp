@@ -17,7 +17,8 @@ class Connectivity {
     static constexpr int kNone = -1;
 
     Connectivity() = default;
-    /// @throws std::invalid_argument for a bad index, an edge of more than two triangles or with two of the same direction, or a
+    /// @throws std::invalid_argument for a bad index, an edge of more than two triangles or with two of the same
+    /// direction, or a
     ///         vertex whose triangles form more than one fan
     Connectivity(int num_vertices, std::span<const Triangle> triangles);
 
@@ -26,7 +27,8 @@ class Connectivity {
         std::vector<int> vertices, triangles;  ///< the present numbers, in the new order
         std::vector<int> new_number;           ///< of each vertex, or kNone
     };
-    /// Keeps what is next to each other together: breadth first, each component from its first vertex; triangles by their first vertex.
+    /// Keeps what is next to each other together: breadth first, each component from its first vertex; triangles by
+    /// their first vertex.
     Numbering breadth_first() const;
     /// The same mesh with other numbers, without what is removed. @pre of this mesh, with all that is not removed
     Connectivity renumbered(const Numbering& numbering) const;
@@ -67,7 +69,8 @@ class Connectivity {
             h = following;
         } while (h != kNone && h != first);
     }
-    /// Calls f(half-edge, other end) for the edges at v, also the one of a boundary that only comes in; none where v is in no triangle.
+    /// Calls f(half-edge, other end) for the edges at v, also the one of a boundary that only comes in; none where v is
+    /// in no triangle.
     template <class F>
     void for_each_edge(int v, F&& f) const {
         if (!is_live_vertex(v)) return;
@@ -82,7 +85,8 @@ class Connectivity {
 
     /// Turns the edge of h inside its two triangles. @pre it has two triangles and its opposite vertices are not joined
     void flip(int h);
-    /// Puts vertex m (new) on the edge of h: one triangle becomes two, on each side. @returns m; half-edge h then ends in m
+    /// Puts vertex m (new) on the edge of h: one triangle becomes two, on each side. @returns m; half-edge h then ends
+    /// in m
     int split(int h);
     /// Moves the origin of h into its target; its triangles vanish. @pre can_collapse(h)
     void collapse(int h);

@@ -23,8 +23,8 @@ struct Findings {
     }
 };
 
-/// Vertices, triangles and edges are named by their indices; an edge by its two vertices, the smaller first. Topology is that
-/// of the *sound* triangles: indices in range, none repeated, and not the copy of an earlier triangle.
+/// Vertices, triangles and edges are named by their indices; an edge by its two vertices, the smaller first. Topology
+/// is that of the *sound* triangles: indices in range, none repeated, and not the copy of an earlier triangle.
 struct Diagnosis {
     using Edge = std::array<int, 2>;
     using Copy = std::array<int, 2>;  ///< the first, and its copy
@@ -33,10 +33,10 @@ struct Diagnosis {
     std::size_t num_triangles = 0;  ///< sound or not
     std::size_t num_edges = 0;      ///< of sound triangles
 
-    Findings<int> bad_numbers;            ///< vertices with a coordinate that is infinite or not a number
-    Findings<int> out_of_range;           ///< triangles with an index that is no vertex
-    Findings<int> repeated_index;         ///< triangles that have a vertex twice
-    Findings<int> zero_area;              ///< other triangles whose corners are on a line, to within rounding of the coordinates
+    Findings<int> bad_numbers;     ///< vertices with a coordinate that is infinite or not a number
+    Findings<int> out_of_range;    ///< triangles with an index that is no vertex
+    Findings<int> repeated_index;  ///< triangles that have a vertex twice
+    Findings<int> zero_area;  ///< other triangles whose corners are on a line, to within rounding of the coordinates
     Findings<Copy> duplicate_triangles;   ///< same three vertices, in any order
     Findings<Copy> duplicate_vertices;    ///< same coordinates, bit by bit but for the sign of 0
     Findings<int> unused_vertices;        ///< in no triangle
@@ -54,14 +54,15 @@ struct Diagnosis {
 /// O(n log n), by sorting.
 Diagnosis diagnose(const TriangleSoup& soup);
 
-/// Whether to_mesh() takes it: finite coordinates, sound triangles, manifold, consistently oriented. Boundaries, unused and
-/// duplicate vertices and flat triangles are allowed.
+/// Whether to_mesh() takes it: finite coordinates, sound triangles, manifold, consistently oriented. Boundaries, unused
+/// and duplicate vertices and flat triangles are allowed.
 bool is_manifold(const Diagnosis& diagnosis);
 
 /// is_manifold(), and nothing else was found either.
 bool is_clean_manifold(const Diagnosis& diagnosis);
 
-/// A few lines for people: size and topology, then a line for each kind of fault with its count and the first few cases.
+/// A few lines for people: size and topology, then a line for each kind of fault with its count and the first few
+/// cases.
 std::string summary(const Diagnosis& diagnosis);
 
 /// The first faults that keep a soup from being is_manifold(), on one line; empty if it is.

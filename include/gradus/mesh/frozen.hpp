@@ -21,11 +21,14 @@ struct Frozen {
     bool has_edge(int h) const { return !empty() && half_edge[h]; }
 };
 
-/// @throws std::invalid_argument naming the first that cannot be kept, with its place: an index out of range, a vertex in no
+/// @throws std::invalid_argument naming the first that cannot be kept, with its place: an index out of range, a vertex
+/// in no
 ///         triangle, an edge that is no side of a triangle, an edge without length, a triangle without area
-Frozen frozen_elements(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, const RequiredElements& required);
+Frozen frozen_elements(std::span<const Eigen::Vector3d> points, const Connectivity& mesh,
+                       const RequiredElements& required);
 
 /// Mean length of the frozen edges at each vertex; 0 where there is none. Empty where nothing is frozen.
-std::vector<double> frozen_edge_lengths(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, const Frozen& frozen);
+std::vector<double> frozen_edge_lengths(std::span<const Eigen::Vector3d> points, const Connectivity& mesh,
+                                        const Frozen& frozen);
 
 }  // namespace gradus

@@ -1,4 +1,5 @@
-/// Order in memory: what is next to each other in space is to be next to each other there, which all that walks over a mesh is faster for.
+/// Order in memory: what is next to each other in space is to be next to each other there, which all that walks over a
+/// mesh is faster for.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -38,8 +39,8 @@ void reorder(std::vector<Item>& items, std::span<const int> source) {
 }
 
 Ordered as_it_is(TriangleSoup soup);
-/// Points along a Z-curve, triangles by the first of their points; equal places in the order they had. Nothing else changes.
-/// Coordinates too large for it, or not finite, leave the soup as it is.
+/// Points along a Z-curve, triangles by the first of their points; equal places in the order they had. Nothing else
+/// changes. Coordinates too large for it, or not finite, leave the soup as it is.
 Ordered along_curve(TriangleSoup soup);
 
 }  // namespace gradus

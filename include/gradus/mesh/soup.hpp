@@ -14,11 +14,12 @@ struct SurfacePoint {
     Eigen::Vector2d uv{0, 0};
 };
 
-/// What a mesh of the same surface must keep as it is, by index. A triangle keeps its edges and vertices, an edge its vertices.
+/// What a mesh of the same surface must keep as it is, by index. A triangle keeps its edges and vertices, an edge its
+/// vertices.
 struct RequiredElements {
-    std::vector<int> vertices = {};             ///< stay vertices, where they are
+    std::vector<int> vertices = {};              ///< stay vertices, where they are
     std::vector<std::array<int, 2>> edges = {};  ///< stay edges between the same two points
-    std::vector<int> triangles = {};            ///< stay triangles of the same three points
+    std::vector<int> triangles = {};             ///< stay triangles of the same three points
 
     bool empty() const { return vertices.empty() && edges.empty() && triangles.empty(); }
     bool operator==(const RequiredElements&) const = default;
@@ -38,10 +39,10 @@ struct TriangleSoup {
     std::vector<Parameters> parameters = {};
 
     std::vector<std::array<int, 2>> edges = {};  ///< feature edges, or empty
-    std::vector<int> edge_labels = {};           ///< one per feature edge (Medit reference, marker of a segment), or empty
-    std::vector<int> corners = {};               ///< vertices that are feature corners, or empty
-    RequiredElements required = {};              ///< what remeshing does not touch
-    int dimension = 3;                           ///< 2: of the plane, z is 0
+    std::vector<int> edge_labels = {};  ///< one per feature edge (Medit reference, marker of a segment), or empty
+    std::vector<int> corners = {};      ///< vertices that are feature corners, or empty
+    RequiredElements required = {};     ///< what remeshing does not touch
+    int dimension = 3;                  ///< 2: of the plane, z is 0
 };
 
 /// Of the box around the corners of its triangles; 0 without any.

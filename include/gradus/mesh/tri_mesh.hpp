@@ -24,7 +24,8 @@ using TriMesh = OpenMesh::TriMesh_ArrayKernelT<TriMeshTraits>;
 using Triangle = std::array<int, 3>;
 
 /// Builds a mesh whose vertices and faces have the indices of `points` and `triangles`.
-/// @throws std::invalid_argument naming the first triangle with a bad or repeated index, else an edge or a vertex that is
+/// @throws std::invalid_argument naming the first triangle with a bad or repeated index, else an edge or a vertex that
+/// is
 ///         not manifold or not consistently oriented
 TriMesh make_mesh(std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles);
 

@@ -12,17 +12,18 @@ namespace gradus {
 
 /// Region inside closed loops (even-odd), in any order and direction. Fastest when points of a loop follow each other.
 /// Points that belong to no segment become vertices too, when they lie inside.
-/// A side collapsed to a point (a pole) is one segment, or several, of length below 1e-3: distances to it are measured to the nearest
-/// place on it, so that triangles fan out from its points; those on the segment itself are degenerate in space.
+/// A side collapsed to a point (a pole) is one segment, or several, of length below 1e-3: distances to it are measured
+/// to the nearest place on it, so that triangles fan out from its points; those on the segment itself are degenerate in
+/// space.
 struct PlanarDomain {
     std::vector<Eigen::Vector2d> points;
     std::vector<std::array<int, 2>> segments;  ///< of about unit length in the metric, or collapsed
     std::vector<int> hints;                    ///< one per point, first value of the metric's hint; empty: all -1
 };
 
-/// Metric M at a point: the wanted length in direction e is 1 / sqrt(e^T M e) for |e| = 1. Symmetric positive definite; it may
-/// be semi-definite at the ends of a collapsed side. Called only with points of the domain.
-/// `hint` is the caller's: it holds what the call for a nearby point left in it.
+/// Metric M at a point: the wanted length in direction e is 1 / sqrt(e^T M e) for |e| = 1. Symmetric positive definite;
+/// it may be semi-definite at the ends of a collapsed side. Called only with points of the domain. `hint` is the
+/// caller's: it holds what the call for a nearby point left in it.
 using MetricField = std::function<Eigen::Matrix2d(const Eigen::Vector2d& uv, int& hint)>;
 
 struct DelaunayOptions {
@@ -50,9 +51,10 @@ struct PlanarMesh {
     DelaunayStatistics statistics;
 };
 
-/// Meshes the domain; segments stay as they are. The same input gives the same mesh. Loops end by the packing of points at
-/// distances bounded below, by max_points, and by the bounds above.
-/// @throws std::invalid_argument for open, repeated, crossing or touching segments, repeated points, a metric that is not finite
+/// Meshes the domain; segments stay as they are. The same input gives the same mesh. Loops end by the packing of points
+/// at distances bounded below, by max_points, and by the bounds above.
+/// @throws std::invalid_argument for open, repeated, crossing or touching segments, repeated points, a metric that is
+/// not finite
 ///         or has a negative diagonal, options out of range
 /// @throws std::length_error when the mesh would have more than max_points points
 PlanarMesh mesh_domain(const PlanarDomain& domain, const MetricField& metric, const DelaunayOptions& options = {});

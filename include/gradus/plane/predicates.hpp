@@ -1,5 +1,6 @@
 /// Exact signs of two determinants of the plane: a floating filter first, expansions where it is unsure.
-/// Exact for coordinates whose differences are 0 or between 1e-70 and 1e70 (beyond, products of four under- or overflow).
+/// Exact for coordinates whose differences are 0 or between 1e-70 and 1e70 (beyond, products of four under- or
+/// overflow).
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +24,8 @@ inline int orient2d(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Ei
     return detail::orient2d_exact(a, b, c);
 }
 
-/// Sign of the incircle determinant: 1 if d lies strictly inside the circle through a, b, c (counter-clockwise), -1 outside,
-/// 0 exactly on it. [Shewchuk 1997] @pre orient2d(a, b, c) > 0
+/// Sign of the incircle determinant: 1 if d lies strictly inside the circle through a, b, c (counter-clockwise), -1
+/// outside, 0 exactly on it. [Shewchuk 1997] @pre orient2d(a, b, c) > 0
 int incircle(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c, const Eigen::Vector2d& d);
 
 }  // namespace gradus

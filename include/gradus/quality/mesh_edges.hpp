@@ -19,9 +19,10 @@ struct MeshView {
 /// The use 3 t + k is the side of triangle t from its corner k to its corner k + 1 (mod 3).
 struct MeshEdges {
     std::vector<std::array<int, 2>> ends;  ///< smaller vertex first
-    std::vector<int> first_use;            ///< uses of edge e are uses[first_use[e]] ... uses[first_use[e + 1] - 1]; size() + 1 entries
+    std::vector<int>
+        first_use;  ///< uses of edge e are uses[first_use[e]] ... uses[first_use[e + 1] - 1]; size() + 1 entries
     std::vector<int> uses;
-    std::vector<int> edge_of;              ///< edge of each use, -1 where the triangle has none
+    std::vector<int> edge_of;  ///< edge of each use, -1 where the triangle has none
 
     int size() const { return static_cast<int>(ends.size()); }
     int num_uses(int edge) const { return first_use[edge + 1] - first_use[edge]; }

@@ -17,8 +17,8 @@ struct NewContact {
 };
 
 struct NewContacts {
-    std::size_t count = 0;            ///< of those found; at least that many where the search was given up
-    std::vector<NewContact> listed;   ///< in the order of their triangles, no more than kListed
+    std::size_t count = 0;           ///< of those found; at least that many where the search was given up
+    std::vector<NewContact> listed;  ///< in the order of their triangles, no more than kListed
     static constexpr std::size_t kListed = 2000;
 };
 
@@ -28,7 +28,8 @@ class ContactFinder {
     /// It must outlive this.
     explicit ContactFinder(const TriangleSoup& surface) : surface_(&surface) {}
 
-    /// Contacts of a mesh (see find_self_contacts) from which no contact of the surface is within the longest edge of the two triangles.
+    /// Contacts of a mesh (see find_self_contacts) from which no contact of the surface is within the longest edge of
+    /// the two triangles.
     NewContacts of(const MeshView& mesh);
 
   private:

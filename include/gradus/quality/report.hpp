@@ -25,8 +25,8 @@ struct MeshReport {
     ShapeReport shape;
     RealisedGradation gradation;
     OffenderReport offenders;
-    std::optional<EdgeReport> edges;           ///< where a size map was given
-    std::optional<DistanceReport> distance;    ///< where a model or a reference was given
+    std::optional<EdgeReport> edges;         ///< where a size map was given
+    std::optional<DistanceReport> distance;  ///< where a model or a reference was given
     std::optional<NormalReport> normals;
     std::optional<ReferenceReport> reference;  ///< where a reference was given
     std::vector<StageTime> stages;             ///< filled by the caller
@@ -34,16 +34,17 @@ struct MeshReport {
 
 /// What a mesh is measured against; what is not given is not measured.
 struct MeasureOptions {
-    std::span<const double> sizes{};        ///< one per vertex: lengths by geometric interpolation between them, causes of offenders
-    SizeQuery size{};                       ///< size map in space, taken before `sizes`
-    std::span<const int> size_hints{};      ///< see metric_lengths
+    std::span<const double>
+        sizes{};       ///< one per vertex: lengths by geometric interpolation between them, causes of offenders
+    SizeQuery size{};  ///< size map in space, taken before `sizes`
+    std::span<const int> size_hints{};           ///< see metric_lengths
     const KnownFeatures* features = nullptr;     ///< curves and corners that the mesh keeps; null: found by angle
     const RequiredElements* required = nullptr;  ///< what it was not to touch
     const PatchModel* model = nullptr;
-    std::span<const SurfacePoint> places{}; ///< one per vertex, with a model
-    std::span<const int> patches{};         ///< one per triangle, may be empty
-    const Reference* reference = nullptr;   ///< a triangulated surface, in place of a model
-    std::size_t worst = 10;                 ///< how many offenders of each kind to list
+    std::span<const SurfacePoint> places{};  ///< one per vertex, with a model
+    std::span<const int> patches{};          ///< one per triangle, may be empty
+    const Reference* reference = nullptr;    ///< a triangulated surface, in place of a model
+    std::size_t worst = 10;                  ///< how many offenders of each kind to list
 };
 
 /// @throws std::invalid_argument as edges_of, metric_lengths, find_offenders, measure_distance and Reference do

@@ -15,8 +15,9 @@ namespace gradus {
 struct TriangleSides {
     std::array<double, 3> squared{};  ///< squared lengths of the sides, in units of `unit` squared
     double twice_area = 0;            ///< in units of `unit` squared
-    double unit = 1;                  ///< length the triangle was divided by: 1, or its extent where squares would leave the range of double
-    bool degenerate = true;           ///< a side or the area is zero, or a coordinate is not finite
+    double unit =
+        1;  ///< length the triangle was divided by: 1, or its extent where squares would leave the range of double
+    bool degenerate = true;  ///< a side or the area is zero, or a coordinate is not finite
 };
 
 inline TriangleSides sides_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
@@ -61,9 +62,15 @@ inline double radius_ratio(const TriangleSides& s) {
     return std::min(1.0, 4 * (s.twice_area / (l0 * l1)) * (s.twice_area / (l2 * (l0 + l1 + l2))));
 }
 
-inline double area_length(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) { return area_length(sides_of(a, b, c)); }
-inline double inradius_edge(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) { return inradius_edge(sides_of(a, b, c)); }
-inline double radius_ratio(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) { return radius_ratio(sides_of(a, b, c)); }
+inline double area_length(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+    return area_length(sides_of(a, b, c));
+}
+inline double inradius_edge(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+    return inradius_edge(sides_of(a, b, c));
+}
+inline double radius_ratio(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+    return radius_ratio(sides_of(a, b, c));
+}
 
 /// Angle at corner k, radians in [0, pi]; 0 where a side at the corner has no length.
 inline double corner_angle(const TriangleSides& s, int k) {
@@ -74,11 +81,12 @@ inline double corner_angle(const TriangleSides& s, int k) {
 struct ShapeReport {
     Summary area_length, inradius_edge, radius_ratio;  ///< over triangles
     Summary smallest_angle, largest_angle;             ///< of each triangle, degrees
-    Summary adjacent_edge_ratio;                       ///< over vertices: longest / shortest incident edge, infinite for a zero edge
-    std::size_t degenerate = 0;                        ///< triangles of no area
-    double valence_6 = 0;                              ///< share of all used vertices that have six edges
-    double interior_valence_6 = 0;                     ///< share of the interior vertices that have six edges
-    Summary interior_valence, boundary_valence;        ///< edges at a vertex; a vertex on an edge without exactly two triangles is boundary
+    Summary adjacent_edge_ratio;    ///< over vertices: longest / shortest incident edge, infinite for a zero edge
+    std::size_t degenerate = 0;     ///< triangles of no area
+    double valence_6 = 0;           ///< share of all used vertices that have six edges
+    double interior_valence_6 = 0;  ///< share of the interior vertices that have six edges
+    Summary interior_valence,
+        boundary_valence;  ///< edges at a vertex; a vertex on an edge without exactly two triangles is boundary
     Histogram area_length_histogram{0, 1, 10}, inradius_edge_histogram{0, 1, 10};
     Histogram smallest_angle_histogram{0, 60, 12};  ///< degrees
     Histogram valence_histogram{2.5, 10.5, 8};      ///< 3 (and less) ... 10 (and more), interior vertices

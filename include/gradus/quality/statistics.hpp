@@ -21,8 +21,8 @@ struct Summary {
     double max = min;
 };
 
-/// Summary in linear time; values may be infinite, and those that are not numbers are left out. Takes the values because
-/// it reorders them.
+/// Summary in linear time; values may be infinite, and those that are not numbers are left out. Takes the values
+/// because it reorders them.
 Summary summarise(std::vector<double> values);
 
 /// Counts in bins of equal width over [low, high]; a value outside counts in the nearest bin.

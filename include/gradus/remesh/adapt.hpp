@@ -1,5 +1,5 @@
-/// The adaption loop: mesh, take the mesh as the new background with exact curvature at its vertices, grade, mesh again, until
-/// the mesh meets the next map. [Borouchaki 1998, section 4]
+/// The adaption loop: mesh, take the mesh as the new background with exact curvature at its vertices, grade, mesh
+/// again, until the mesh meets the next map. [Borouchaki 1998, section 4]
 #pragma once
 
 #include "gradus/control/geometric_size.hpp"
@@ -15,10 +15,11 @@ namespace gradus {
 struct AdaptOptions {
     SizingRule rule;
     std::optional<GradationOptions> gradation = {};  ///< none: sizes as they come from curvature
-    BackgroundOptions background;               ///< of the first iteration
+    BackgroundOptions background;                    ///< of the first iteration
     RemeshOptions remesh;
     int max_iterations = 10;
-    double unit_share = 0.96;  ///< the mesh meets the next map when this share of its edges lies in [1/sqrt(2), sqrt(2)] there
+    double unit_share =
+        0.96;  ///< the mesh meets the next map when this share of its edges lies in [1/sqrt(2), sqrt(2)] there
     std::function<void(int iteration)> progress;  ///< called before each iteration; may be empty
 };
 
@@ -42,8 +43,8 @@ struct AdaptResult {
 /// @throws as make_background, grade and remesh
 AdaptResult adapt(const PatchModel& model, const AdaptOptions& options);
 
-/// A mesh as background: triangles keep the patch under most of them; corners that lie on another patch get parameters of
-/// that patch continued beyond its side.
+/// A mesh as background: triangles keep the patch under most of them; corners that lie on another patch get parameters
+/// of that patch continued beyond its side.
 Background background_from_mesh(const PatchModel& model, const SurfaceMesh& mesh);
 
 }  // namespace gradus

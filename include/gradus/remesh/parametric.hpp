@@ -12,10 +12,10 @@
 namespace gradus {
 
 struct RemeshOptions {
-    bool fast = false;                   ///< a lighter schedule: shapes are smoothed, not searched for
-    double goal = 0.90;                  ///< area-length quality sought for the worst triangle, in (0, 1)
-    double max_triangles = 20'000'000;   ///< refuse when the size map asks for more
-    int threads = 0;                     ///< 0: all; the mesh is the same for any number
+    bool fast = false;                  ///< a lighter schedule: shapes are smoothed, not searched for
+    double goal = 0.90;                 ///< area-length quality sought for the worst triangle, in (0, 1)
+    double max_triangles = 20'000'000;  ///< refuse when the size map asks for more
+    int threads = 0;                    ///< 0: all; the mesh is the same for any number
 };
 
 /// What was done, and how long it took.
@@ -23,8 +23,8 @@ struct RemeshStatistics {
     double predicted_triangles = 0;  ///< integral of 1 / (sqrt(3)/4 h^2) over the surface
     int generated_triangles = 0;     ///< of the mesh in parameter space, before the optimisation
     int splits = 0, collapses = 0, flips = 0;
-    int attempts = 0, kept = 0;      ///< operations tried, and those kept as they lowered the energy
-    int below_goal = 0;              ///< triangles that stayed below the goal
+    int attempts = 0, kept = 0;  ///< operations tried, and those kept as they lowered the energy
+    int below_goal = 0;          ///< triangles that stayed below the goal
     std::vector<std::pair<std::string, double>> seconds;  ///< per stage
 };
 
@@ -34,7 +34,8 @@ struct RemeshResult {
 };
 
 /// Curves first, each once; then patch by patch a metric-governed Delaunay mesh in parameter space, mapped; then local
-/// operations on the surface. Creases, boundaries, corners and poles are kept; smooth patch borders are not seen in the mesh.
+/// operations on the surface. Creases, boundaries, corners and poles are kept; smooth patch borders are not seen in the
+/// mesh.
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
 /// @throws std::invalid_argument for a size below 1e-9 of the coordinates there
 RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const RemeshOptions& options = {});

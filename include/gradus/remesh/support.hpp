@@ -1,4 +1,5 @@
-/// What the local operations know of the surface they work on: how to put a point back on it, and the size asked for there.
+/// What the local operations know of the surface they work on: how to put a point back on it, and the size asked for
+/// there.
 #pragma once
 
 #include "gradus/control/control_space.hpp"
@@ -22,7 +23,7 @@ struct Foot {
     Eigen::Vector3d point;
     Eigen::Vector3d normal;  ///< unit, outward; on a crease between those of its two sides
     double size;
-    double lean = 1;         ///< cosine of the angle from there to either side's
+    double lean = 1;  ///< cosine of the angle from there to either side's
 };
 
 /// Gives a foot on a crease its normal, from those of the two sides.
@@ -31,15 +32,19 @@ void between_sides(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Foot& foo
 class Support {
   public:
     virtual ~Support() = default;
-    /// The point of the surface near `target`, coming from a place and its point: exactly on the surface, near the target only to
-    /// within a tenth of the way. Nothing where the way is barred by a feature, a boundary or a pole.
-    virtual std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point, const Eigen::Vector3d& target) const = 0;
-    /// The point half way between two places along the section of the surface by the plane through them and `up`, a direction out of
-    /// the surface there; nothing where no section leads from one to the other, or none is known.
-    virtual std::optional<Foot> between(const Place&, const Place&, const Eigen::Vector3d& /*up*/) const { return std::nullopt; }
+    /// The point of the surface near `target`, coming from a place and its point: exactly on the surface, near the
+    /// target only to within a tenth of the way. Nothing where the way is barred by a feature, a boundary or a pole.
+    virtual std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point,
+                                     const Eigen::Vector3d& target) const = 0;
+    /// The point half way between two places along the section of the surface by the plane through them and `up`, a
+    /// direction out of the surface there; nothing where no section leads from one to the other, or none is known.
+    virtual std::optional<Foot> between(const Place&, const Place&, const Eigen::Vector3d& /*up*/) const {
+        return std::nullopt;
+    }
     /// As `move`, along the curve that `from` is bound to.
     virtual std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const = 0;
-    /// Feature curves that continue each other smoothly form a chain, numbered from 0: vertices slide from one to the next.
+    /// Feature curves that continue each other smoothly form a chain, numbered from 0: vertices slide from one to the
+    /// next.
     virtual int chain_of(int curve) const = 0;
     /// The point of a chain half way between two of its points, each on a curve of the chain or at an end of it.
     virtual Foot middle(int chain, const Foot& a, const Foot& b) const = 0;
@@ -49,13 +54,15 @@ class Support {
 class PatchSupport final : public Support {
   public:
     PatchSupport(const PatchModel& model, const ControlSpace& control);
-    std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point, const Eigen::Vector3d& target) const override;
+    std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point,
+                             const Eigen::Vector3d& target) const override;
     std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
     int chain_of(int curve) const override { return links_[curve].chain; }
     Foot middle(int chain, const Foot& a, const Foot& b) const override;
     /// The foot of a place given by its parameters.
     Foot foot(Place place) const;
-    /// The place of a model vertex that a chain passes through smoothly, and which therefore is no corner; else nothing.
+    /// The place of a model vertex that a chain passes through smoothly, and which therefore is no corner; else
+    /// nothing.
     std::optional<Place> junction(int model_vertex) const;
 
   private:

@@ -5,16 +5,17 @@
 #include "gradus/remesh/support.hpp"
 #include "gradus/surface/smooth_support.hpp"
 
-
 namespace gradus {
 
-/// The smooth surface over a triangulation, its feature curves and sizes. A place is a triangle with the barycentric coordinates of
-/// corners 1 and 2; a feature curve is a chain with its arc length along the edges. Not for several threads at once.
+/// The smooth surface over a triangulation, its feature curves and sizes. A place is a triangle with the barycentric
+/// coordinates of corners 1 and 2; a feature curve is a chain with its arc length along the edges. Not for several
+/// threads at once.
 class TriangleSupport final : public Support {
   public:
     /// All must outlive this.
     TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control);
-    std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point, const Eigen::Vector3d& target) const override;
+    std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point,
+                             const Eigen::Vector3d& target) const override;
     std::optional<Foot> between(const Place& a, const Place& b, const Eigen::Vector3d& up) const override;
     std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
     int chain_of(int curve) const override { return curve; }
@@ -24,8 +25,8 @@ class TriangleSupport final : public Support {
 
   private:
     struct Curve {
-        std::vector<double> length;   // from the start to each vertex, to the end of a closed one too
-        std::vector<int> halfedges;   // one per edge
+        std::vector<double> length;  // from the start to each vertex, to the end of a closed one too
+        std::vector<int> halfedges;  // one per edge
         bool closed = false;
 
         double end() const { return length.back(); }
@@ -71,8 +72,9 @@ class TriangleSupport final : public Support {
 struct TriangulatedSurface {
     const SmoothSupport& support;
     const Features& features;
-    std::span<const int> labels{};  ///< of its triangles, or empty
-    const RequiredElements* required = nullptr;  ///< vertices, edges and triangles of it that are kept bit for bit; null: none. Sizes are not to be far below them, see raise_to_held
+    std::span<const int> labels{};               ///< of its triangles, or empty
+    const RequiredElements* required = nullptr;  ///< vertices, edges and triangles of it that are kept bit for bit;
+                                                 ///< null: none. Sizes are not to be far below them, see raise_to_held
 };
 
 enum class MeshStage { Draft, Final };
@@ -82,7 +84,7 @@ struct MeshPart {
     std::vector<Eigen::Vector3d> points;
     std::vector<SurfacePoint> places;  ///< on the triangulation
     std::vector<Triangle> triangles;
-    int changed = 0;                   ///< number of the first triangles
+    int changed = 0;                            ///< number of the first triangles
     std::optional<Eigen::Vector3d> fault = {};  ///< a point of the triangulation where the mesh was not good
 };
 
@@ -97,20 +99,29 @@ struct MeshFault {
 class MeshChecks {
   public:
     virtual ~MeshChecks() = default;
-    /// Whether meshes may have faults. If not there are no drafts, and the map is left only around elements that fall short without a cause.
+    /// Whether meshes may have faults. If not there are no drafts, and the map is left only around elements that fall
+    /// short without a cause.
     virtual bool has_limit() const { return true; }
-    /// Where a mesh that may be the last is not good. Of the meshes that this is called for the last is the result; it may be called for one twice.
+    /// Where a mesh that may be the last is not good. Of the meshes that this is called for the last is the result; it
+    /// may be called for one twice.
     virtual std::vector<MeshFault> faults_of(const SurfaceMesh&) { return {}; }
-    /// What sizes at its vertices to go on with, or nothing where the mesh is good. Called for drafts first, then for meshes that may be
-    /// the last, after `faults_of`.
-    /// @param in_vain  places where lower sizes broke the mesh, which was put back there: lower ones are not to be asked for again
-    virtual std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage stage, std::span<const Eigen::Vector3d> in_vain) = 0;
-    /// Sizes at the vertices of a first draft that is good, those that it has or what they are to be: the map of the meshes to come.
+    /// What sizes at its vertices to go on with, or nothing where the mesh is good. Called for drafts first, then for
+    /// meshes that may be the last, after `faults_of`.
+    /// @param in_vain  places where lower sizes broke the mesh, which was put back there: lower ones are not to be
+    /// asked for again
+    virtual std::optional<std::vector<double>> sizes_after(const SurfaceMesh& mesh, MeshStage stage,
+                                                           std::span<const Eigen::Vector3d> in_vain) = 0;
+    /// Sizes at the vertices of a first draft that is good, those that it has or what they are to be: the map of the
+    /// meshes to come.
     virtual std::vector<double> sizes_of_draft(const SurfaceMesh& mesh) { return mesh.sizes; }
-    /// Places where a mesh touches or passes through itself, and the triangulation does not. Called for the last mesh last.
+    /// Places where a mesh touches or passes through itself, and the triangulation does not. Called for the last mesh
+    /// last.
     virtual std::vector<Eigen::Vector3d> contacts_of(const SurfaceMesh&) { return {}; }
     /// Sizes to go on with that are smaller by a factor around some places, or nothing where they cannot be.
-    virtual std::optional<std::vector<double>> sizes_below(const SurfaceMesh&, std::span<const Eigen::Vector3d>, double /*factor*/) { return std::nullopt; }
+    virtual std::optional<std::vector<double>> sizes_below(const SurfaceMesh&, std::span<const Eigen::Vector3d>,
+                                                           double /*factor*/) {
+        return std::nullopt;
+    }
     /// These, and what was asked for after them, led to no better mesh and are given up.
     virtual void take_back() {}
     /// Whether a mesh is good where triangles were replaced by those that changed, as far as can be told from these.
@@ -120,17 +131,19 @@ class MeshChecks {
 /// Whether a vertex of some size is around one of these places: within three sizes.
 bool is_around(const Eigen::Vector3d& p, double size, std::span<const Eigen::Vector3d> places);
 
-/// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features, corners and
-/// topology are kept, and so is what is required. Places of the result name triangles of the triangulation.
+/// Splits, collapses, flips and moves the triangulation's own mesh until it has the sizes asked for; its features,
+/// corners and topology are kept, and so is what is required. Places of the result name triangles of the triangulation.
 /// @param control  not looked at any more once `checks` is called: it may be gone by then
 /// @param cells    for each vertex of the triangulation, first of all, a triangle of the control space at it
-/// @param options  `goal` is for meshes without a limit: with one no more than .75 is sought on the way, and .82 in the end; `threads` does
+/// @param options  `goal` is for meshes without a limit: with one no more than .75 is sought on the way, and .82 in the
+/// end; `threads` does
 ///                 not matter, as only one works
 /// @param checks   null: none
-/// @throws std::invalid_argument for required elements as frozen_elements does, and where there are fewer cells than vertices, or labels are not one per triangle
+/// @throws std::invalid_argument for required elements as frozen_elements does, and where there are fewer cells than
+/// vertices, or labels are not one per triangle
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
 /// @throws std::invalid_argument for a size below 1e-9 of the coordinates there
-RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells, const RemeshOptions& options = {},
-                    MeshChecks* checks = nullptr);
+RemeshResult remesh(const TriangulatedSurface& surface, const ControlSpace& control, std::span<const int> cells,
+                    const RemeshOptions& options = {}, MeshChecks* checks = nullptr);
 
 }  // namespace gradus

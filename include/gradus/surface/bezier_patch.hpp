@@ -20,12 +20,12 @@ struct BezierNet {
     std::vector<double> weights;  ///< empty: polynomial; else one per point, > 0
 };
 
-/// The patch of a control net. Corners are interpolated exactly: position at (0, 0) is bitwise points[0], and so on. Along a side
-/// with the same control points (and weights) two patches give bitwise the same positions, in whichever direction u or v it
-/// runs; when it runs the other way, at parameters s and 1 - s of which both are exact (s a multiple of 2^-53).
-/// Polynomial bicubic patches take a path of their own, about 20 ns per first-order jet.
-/// @throws std::invalid_argument for a degree outside [1, max_bezier_degree], a net of the wrong size, values that are not finite, or
-/// weights that are not positive
+/// The patch of a control net. Corners are interpolated exactly: position at (0, 0) is bitwise points[0], and so on.
+/// Along a side with the same control points (and weights) two patches give bitwise the same positions, in whichever
+/// direction u or v it runs; when it runs the other way, at parameters s and 1 - s of which both are exact (s a
+/// multiple of 2^-53). Polynomial bicubic patches take a path of their own, about 20 ns per first-order jet.
+/// @throws std::invalid_argument for a degree outside [1, max_bezier_degree], a net of the wrong size, values that are
+/// not finite, or weights that are not positive
 std::unique_ptr<const ParametricSurface> make_bezier_patch(BezierNet net);
 
 }  // namespace gradus

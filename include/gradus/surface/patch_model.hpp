@@ -38,7 +38,7 @@ struct ModelCurve {
     std::array<int, 2> ends{-1, -1};  ///< model vertices at t = 0 and t = 1
     double length = 0;                ///< arc length
     double largest_angle = 0;         ///< largest angle between the normals of the two sides, radians (0 with one use)
-    bool same_parameter = true;       ///< both uses have affinely equal parameters (else they are matched by closest point)
+    bool same_parameter = true;  ///< both uses have affinely equal parameters (else they are matched by closest point)
 };
 
 /// A point where curves end, poles included.
@@ -49,21 +49,24 @@ struct ModelVertex {
 };
 
 struct GlueOptions {
-    double tolerance = 1e-6;       ///< distance below which boundary curves are the same, relative to the diagonal of the bounding box
-    double crease_angle = 0.2618;  ///< angle between the normals from which a shared curve is a crease, radians (15 degrees)
+    double tolerance =
+        1e-6;  ///< distance below which boundary curves are the same, relative to the diagonal of the bounding box
+    double crease_angle =
+        0.2618;  ///< angle between the normals from which a shared curve is a crease, radians (15 degrees)
 };
 
 /// Patches with their shared curves. Immutable after construction.
 ///
-/// Sides are glued where their curves coincide, never where only corners do: parts that touch or cross stay apart. A side may meet
-/// another side of its own patch (a seam). Closed sides must start at the same point. Sides that coincide only in part
-/// (T-junctions) stay boundaries.
+/// Sides are glued where their curves coincide, never where only corners do: parts that touch or cross stay apart. A
+/// side may meet another side of its own patch (a seam). Closed sides must start at the same point. Sides that coincide
+/// only in part (T-junctions) stay boundaries.
 ///
-/// Outside: a component whose boundary loops can be capped by less than 3/4 of its own area (a closed one above all) is turned so that it
-/// encloses a positive volume; any other keeps the orientation of its first patch, S_u x S_v.
+/// Outside: a component whose boundary loops can be capped by less than 3/4 of its own area (a closed one above all) is
+/// turned so that it encloses a positive volume; any other keeps the orientation of its first patch, S_u x S_v.
 class PatchModel {
   public:
-    /// Glues patch sides whose curves coincide, in either direction, and orients neighbours consistently (flipped(patch)).
+    /// Glues patch sides whose curves coincide, in either direction, and orients neighbours consistently
+    /// (flipped(patch)).
     /// @throws std::invalid_argument naming the patch for not-a-number geometry or zero area, and naming the curve when
     ///         three or more sides share one or when the surface is one-sided
     explicit PatchModel(std::vector<std::unique_ptr<const ParametricSurface>> patches, const GlueOptions& options = {});
@@ -87,10 +90,11 @@ class PatchModel {
     /// Model vertex of a patch corner: 0 (umin, vmin), 1 (umax, vmin), 2 (umax, vmax), 3 (umin, vmax).
     int corner_vertex(int patch, int corner) const { return corner_vertices_[4 * patch + corner]; }
 
-    /// Place on use `use` of curve `curve` at the curve's parameter t in [0, 1]. With the same control points on both sides the
-    /// positions of both uses are bitwise equal.
+    /// Place on use `use` of curve `curve` at the curve's parameter t in [0, 1]. With the same control points on both
+    /// sides the positions of both uses are bitwise equal.
     SurfacePoint on_curve(int curve, int use, double t) const;
-    /// Curve parameter t of the point with side parameter s in [0, 1] (along the side's direction) on side `side` of `patch`.
+    /// Curve parameter t of the point with side parameter s in [0, 1] (along the side's direction) on side `side` of
+    /// `patch`.
     double curve_parameter(int patch, Side side, double s) const;
 
     Eigen::Vector3d position(const SurfacePoint& at) const { return patches_[at.patch]->position(at.uv); }
@@ -101,7 +105,8 @@ class PatchModel {
 
   private:
     struct Builder;
-    /// Parameter on the other use's side of the point at side parameter s of a use, for curves without the same parameter.
+    /// Parameter on the other use's side of the point at side parameter s of a use, for curves without the same
+    /// parameter.
     double follow_match(int curve, int use, double s) const;
 
     std::vector<std::unique_ptr<const ParametricSurface>> patches_;
@@ -112,7 +117,8 @@ class PatchModel {
     std::vector<ModelVertex> vertices_;
     std::vector<SideCurve> side_curves_;
     std::vector<int> corner_vertices_;
-    std::vector<std::vector<double>> matches_;  // of each curve: parameters of its second side at even steps of the first
+    std::vector<std::vector<double>>
+        matches_;  // of each curve: parameters of its second side at even steps of the first
     double diagonal_ = 0;
 };
 

@@ -35,28 +35,31 @@ struct Cage {
     std::vector<Corner> corners = {};
     std::vector<int> holes = {};  ///< faces that are there for the surface around them only
 
-    /// What becomes of boundaries: faces at them have no surface; the surface ends in their curves, round at corners of one face or sharp.
+    /// What becomes of boundaries: faces at them have no surface; the surface ends in their curves, round at corners of
+    /// one face or sharp.
     enum class Boundary { None, Edges, EdgesAndCorners };
     Boundary boundary = Boundary::EdgesAndCorners;
     bool chaikin = false;           ///< sharpness is averaged along creases
     bool smooth_triangles = false;  ///< weights of their own for triangles
 };
 
-/// What keeps a cage from having a limit surface, on one line that names the face, edge or vertex (from 1 on); empty if nothing does: points
-/// that are not finite, indices out of range, faces of fewer than three corners or with one twice, edges of three faces and more or with two that
-/// run along it in the same direction, vertices where only vertices join the faces, tags of what is not there; for Loop's scheme
-/// faces that are no triangles.
+/// What keeps a cage from having a limit surface, on one line that names the face, edge or vertex (from 1 on); empty if
+/// nothing does: points that are not finite, indices out of range, faces of fewer than three corners or with one twice,
+/// edges of three faces and more or with two that run along it in the same direction, vertices where only vertices join
+/// the faces, tags of what is not there; for Loop's scheme faces that are no triangles.
 std::string why_no_limit_surface(const Cage& cage, SubdivisionScheme scheme = SubdivisionScheme::CatmullClark);
 
-/// The limit surface, a patch with the domain [0, 1]^2 for each face, or for each corner of the faces if not all are quadrilaterals.
+/// The limit surface, a patch with the domain [0, 1]^2 for each face, or for each corner of the faces if not all are
+/// quadrilaterals.
 struct LimitSurface {
     std::vector<std::unique_ptr<const ParametricSurface>> patches;
     std::vector<int> face;  ///< of the cage, per patch
 };
 
-/// The corners of a face are the quadrilaterals between a vertex, the middles of two edges and the middle of the face, in its parameters.
-/// Positions and derivatives are exact but around extraordinary vertices, where a cap of one tangent plane takes the place of the infinitely
-/// many rings of patches beyond the tenth. Evaluation is safe from several threads, and patches hold what they need.
+/// The corners of a face are the quadrilaterals between a vertex, the middles of two edges and the middle of the face,
+/// in its parameters. Positions and derivatives are exact but around extraordinary vertices, where a cap of one tangent
+/// plane takes the place of the infinitely many rings of patches beyond the tenth. Evaluation is safe from several
+/// threads, and patches hold what they need.
 /// @throws std::invalid_argument with why_no_limit_surface()
 LimitSurface limit_surface(const Cage& cage, SubdivisionScheme scheme = SubdivisionScheme::CatmullClark);
 

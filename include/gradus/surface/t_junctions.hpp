@@ -15,8 +15,9 @@ struct TJunction {
     double distance = 0;  ///< to that point
 };
 
-/// Boundary vertices within a distance of boundary curves they do not end (vertices at a place where the curve ends count as its end),
-/// by vertex, then curve. A conforming mesh cannot be had across them: the patches must be split there.
+/// Boundary vertices within a distance of boundary curves they do not end (vertices at a place where the curve ends
+/// count as its end), by vertex, then curve. A conforming mesh cannot be had across them: the patches must be split
+/// there.
 /// @param tolerance  largest distance, relative to the diagonal of the model, > 0
 std::vector<TJunction> find_t_junctions(const PatchModel& model, double tolerance = 1e-6);
 
