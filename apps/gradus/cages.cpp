@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -40,6 +41,11 @@ void add_creases(Cage& cage, double angle) {
     }
 }
 
+SubdivisionScheme scheme_of(const CageChoice& choice) {
+    return choice.scheme == name_of(SubdivisionScheme::Loop) ? SubdivisionScheme::Loop
+                                                             : SubdivisionScheme::CatmullClark;
+}
+
 }  // namespace
 
 void add_cages(CLI::App& app, CageChoice& choice) {
@@ -70,8 +76,7 @@ void check(const CageChoice& choice) {
 
 LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice) {
     Cage cage = read_cage(path);
-    const SubdivisionScheme scheme =
-        choice.scheme == name_of(SubdivisionScheme::Loop) ? SubdivisionScheme::Loop : SubdivisionScheme::CatmullClark;
+    const SubdivisionScheme scheme = scheme_of(choice);
     try {
         if (const std::string why = why_no_limit_surface(cage, scheme); !why.empty()) throw Failure(path + ": " + why);
         if (choice.crease_angle) add_creases(cage, *choice.crease_angle * std::numbers::pi / 180);
@@ -89,6 +94,61 @@ LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());
     }
+}
+
+namespace {
+
+std::string counted(const std::map<int, int>& counts, std::string_view what) {
+    std::vector<std::string> parts;
+    for (const auto& [number, count] : counts) parts.push_back(fmt::format("{} of {}", count, number));
+    return fmt::format("{} {}", fmt::join(parts, ", "), what);
+}
+
+}  // namespace
+
+CageInfo describe_cage(const std::string& path, const CageChoice& choice) {
+    const Cage cage = read_cage(path);
+    std::map<int, int> corners, valences;
+    std::map<std::array<int, 2>, int> uses;
+    for (const std::vector<int>& face : cage.faces) {
+        ++corners[static_cast<int>(face.size())];
+        for (std::size_t k = 0; k < face.size(); ++k) {
+            const int a = face[k], b = face[(k + 1) % face.size()];
+            ++uses[{std::min(a, b), std::max(a, b)}];
+        }
+    }
+    std::vector<int> valence(cage.points.size(), 0);
+    for (const auto& [edge, count] : uses)
+        for (const int v : edge)
+            if (v >= 0 && v < std::ssize(valence)) ++valence[v];
+    for (const int v : valence) ++valences[v];
+    const auto boundary = std::count_if(uses.begin(), uses.end(), [](const auto& use) { return use.second == 1; });
+    const auto sharp = std::count_if(cage.creases.begin(), cage.creases.end(),
+                                     [](const Cage::Crease& crease) { return crease.sharpness >= Cage::kSharp; });
+    const auto semisharp = std::ssize(cage.creases) - sharp;
+    const std::string why = why_no_limit_surface(cage, scheme_of(choice));
+    CageInfo info;
+    info.text = fmt::format("{}: cage, {} vertices, {} edges, {} faces\n", path, cage.points.size(), uses.size(),
+                            cage.faces.size());
+    info.text += "faces: " + counted(corners, "corners") + "\nvertices: " + counted(valences, "edges") + "\n";
+    info.text += fmt::format("{} boundary edges, {} sharp and {} semi-sharp creases, {} corners, {} holes\n", boundary,
+                             sharp, semisharp, cage.corners.size(), cage.holes.size());
+    info.text += why.empty() ? fmt::format("has a limit surface by {}\n", choice.scheme)
+                             : fmt::format("has NO limit surface by {}: {}\n", choice.scheme, why);
+    info.json = {{"kind", "cage"},
+                 {"vertices", cage.points.size()},
+                 {"edges", uses.size()},
+                 {"faces", cage.faces.size()},
+                 {"boundary_edges", boundary},
+                 {"sharp_creases", sharp},
+                 {"semisharp_creases", semisharp},
+                 {"corners", cage.corners.size()},
+                 {"holes", cage.holes.size()},
+                 {"limit_surface", why.empty()},
+                 {"why_not", why}};
+    for (const auto& [number, count] : corners) info.json["corners_of_faces"][std::to_string(number)] = count;
+    for (const auto& [number, count] : valences) info.json["valences"][std::to_string(number)] = count;
+    return info;
 }
 
 }  // namespace gradus::app

@@ -31,6 +31,7 @@ struct Options {
     bool repair = false;
     std::optional<double> weld;
     std::string out;
+    CageChoice cage;
 };
 
 struct Extent {
@@ -367,14 +368,23 @@ int info_of_sizes(const Options& options) {
     return kMet;
 }
 
+int info_of_cage(const Options& options) {
+    const CageInfo info = describe_cage(options.file, options.cage);
+    options.session.say(info.text);
+    print(options.session, info.json);
+    return kMet;
+}
+
 int run_info(const Options& options) {
-    if (options.repair && kind_of(options.file) != FileKind::Mesh)
+    if (options.repair && (kind_of(options.file) != FileKind::Mesh || options.cage.is_given()))
         throw UsageError("--repair is for triangle meshes, not for " + options.file);
     if (!options.repair && (!options.out.empty() || options.weld))
         throw UsageError(std::string(options.out.empty() ? "--weld" : "--output") +
                          " is for what is repaired; give --repair too");
     if (options.weld && !(*options.weld >= 0 && *options.weld <= 0.1))
         throw UsageError(fmt::format("--weld {}: must be from 0 to 0.1", *options.weld));
+    check(options.cage);
+    if (options.cage.is_given()) return info_of_cage(options);
     switch (kind_of(options.file)) {
         case FileKind::Patches:
             return info_of_patches(options);
@@ -404,6 +414,7 @@ void add_info(CLI::App& app, Run& run) {
                        "With --repair: weld vertices this close, as a fraction of the diagonal (default: those at open "
                        "edges, far below the edges)");
     command.add_option("-o,--output", options->out, "With --repair: the mesh to write")->type_name("OUT");
+    add_cages(command, options->cage);
     add_session(command, options->session);
     run_with(command, run, options, run_info);
 }

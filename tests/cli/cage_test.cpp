@@ -53,6 +53,12 @@ TEST_CASE("angles of the cage make creases, and other files are no cages", "[cli
     for (const auto& [a, b, c] : mesh.triangles)
         area += (mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]).norm() / 2;
     CHECK(area == Approx(24).epsilon(1e-9));  // the cube itself
+    const Outcome info = run(folder, "info cage.obj --subdivision catmull-clark");
+    CHECK(info.code == 0);
+    CHECK_THAT(info.out, Catch::Contains("8 vertices, 12 edges, 6 faces") && Catch::Contains("6 of 4 corners") &&
+                             Catch::Contains("8 of 3 edges") && Catch::Contains("has a limit surface"));
+    CHECK_THAT(run(folder, "info cage.obj --subdivision loop").out,
+               Catch::Contains("NO limit surface") && Catch::Contains("face 1 has 4 corners"));
     // Materials are labels.
     std::string two = kCube;
     two.insert(two.find("f 5"), "usemtl b\n");

@@ -7,8 +7,8 @@
 
 namespace support {
 
-inline constexpr std::array<std::string_view, 11> kFuzzedFormats{".mesh", ".meshb", ".msh", ".obj", ".off", ".ply",
-                                                                 ".stl",  ".vtu",   ".vtp", ".sol", ".solb"};
+inline constexpr std::array<std::string_view, 12> kFuzzedFormats{".mesh", ".meshb", ".msh", ".obj", ".off", ".ply",
+                                                                 ".poly", ".stl",   ".vtu", ".vtp", ".sol", ".solb"};
 
 inline std::string_view fuzzed_format(unsigned char first_byte) {
     return kFuzzedFormats[first_byte % kFuzzedFormats.size()];
