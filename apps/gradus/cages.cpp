@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "gradus/io/cage_files.hpp"
+#include "gradus/mesh/edge.hpp"
 #include "session.hpp"
 
 namespace gradus::app {
@@ -34,7 +35,7 @@ void add_creases(Cage& cage, double angle) {
         const Eigen::Vector3d n = area_of(cage, face).stableNormalized();
         for (std::size_t k = 0; k < face.size(); ++k) {
             const int a = face[k], b = face[(k + 1) % face.size()];
-            const auto [known, is_new] = normal.emplace(std::array{std::min(a, b), std::max(a, b)}, n);
+            const auto [known, is_new] = normal.emplace(edge_between(a, b), n);
             if (!is_new && std::atan2(known->second.cross(n).norm(), known->second.dot(n)) >= angle)
                 cage.creases.push_back({known->first, Cage::kSharp});
         }
@@ -78,8 +79,11 @@ LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice
     Cage cage = read_cage(path);
     const SubdivisionScheme scheme = scheme_of(choice);
     try {
-        if (const std::string why = why_no_limit_surface(cage, scheme); !why.empty()) throw Failure(path + ": " + why);
-        if (choice.crease_angle) add_creases(cage, *choice.crease_angle * std::numbers::pi / 180);
+        if (choice.crease_angle) {
+            if (const std::string why = why_no_limit_surface(cage, scheme); !why.empty())
+                throw Failure(path + ": " + why);
+            add_creases(cage, *choice.crease_angle * std::numbers::pi / 180);
+        }
         if (choice.boundary == "none") cage.boundary = Cage::Boundary::None;
         if (choice.boundary == "edges") cage.boundary = Cage::Boundary::Edges;
         if (choice.boundary == "corners") cage.boundary = Cage::Boundary::EdgesAndCorners;
@@ -113,8 +117,7 @@ CageInfo describe_cage(const std::string& path, const CageChoice& choice) {
     for (const std::vector<int>& face : cage.faces) {
         ++corners[static_cast<int>(face.size())];
         for (std::size_t k = 0; k < face.size(); ++k) {
-            const int a = face[k], b = face[(k + 1) % face.size()];
-            ++uses[{std::min(a, b), std::max(a, b)}];
+            ++uses[edge_between(face[k], face[(k + 1) % face.size()])];
         }
     }
     std::vector<int> valence(cage.points.size(), 0);

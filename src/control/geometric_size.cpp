@@ -18,7 +18,6 @@ namespace gradus {
 namespace {
 
 constexpr int kMostPieces = 20000;     // of a curve to begin with: patches up to 40 000 times as long as wide
-constexpr double kManyPatches = 512;   // that begin with a full grid each
 constexpr double kLeastAspect = 0.15;  // height over longest edge below which a triangle is a needle worth cutting
 
 // Fixed and free parameter of a side, and its extent.
@@ -506,8 +505,7 @@ SizedBackground make_background(const PatchModel& model, const SizingRule& rule,
     if (!(options.size_tolerance > 0) || !(options.chord_tolerance > 0) || !(options.finest > 0))
         throw std::invalid_argument("make_background: tolerances must be positive");
     Builder builder(model, rule);
-    // Of very many patches each is a small part of the surface.
-    const double share = std::min(1.0, kManyPatches / std::max(model.num_patches(), 1));
+    const double share = std::min(1.0, static_cast<double>(PatchModel::kMany) / std::max(model.num_patches(), 1));
     builder.start_from_grid(std::max(2, static_cast<int>(std::lround(options.cells * std::sqrt(share)))));
     // Refining for sizes that will be refused in the end takes long: the first grid tells the order of magnitude.
     if (const double expected = builder.unit_triangles(); expected > 2 * options.max_unit_triangles)

@@ -14,6 +14,7 @@
 #include "gradus/control/clearance.hpp"
 #include "gradus/control/control_space.hpp"
 #include "gradus/mesh/closest.hpp"
+#include "gradus/mesh/edge.hpp"
 #include "gradus/mesh/labels.hpp"
 #include "gradus/mesh/parts.hpp"
 
@@ -184,13 +185,12 @@ std::vector<int> ends_of_labels(const TriangleSoup& soup) {
 }
 
 void label_chains(const TriangleSoup& soup, std::vector<FeatureChain>& chains) {
-    const auto sorted = [](int a, int b) { return std::array{std::min(a, b), std::max(a, b)}; };
     std::map<std::array<int, 2>, int> label;
     for (std::size_t e = 0; e < soup.edge_labels.size(); ++e)
-        label.emplace(sorted(soup.edges[e][0], soup.edges[e][1]), soup.edge_labels[e]);
+        label.emplace(edge_between(soup.edges[e][0], soup.edges[e][1]), soup.edge_labels[e]);
     if (label.empty()) return;
     for (FeatureChain& chain : chains)
-        if (const auto found = label.find(sorted(chain.vertex(0), chain.vertex(1))); found != label.end())
+        if (const auto found = label.find(edge_between(chain.vertex(0), chain.vertex(1))); found != label.end())
             chain.label = found->second;
 }
 

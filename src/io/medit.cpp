@@ -9,6 +9,7 @@
 
 #include "bytes.hpp"
 #include "formats.hpp"
+#include "gradus/mesh/edge.hpp"
 #include "scanner.hpp"
 #include "text_writer.hpp"
 
@@ -636,11 +637,11 @@ struct EdgeSections {
 
     explicit EdgeSections(const TriangleSoup& soup) : edges(soup.edges) {
         if (soup.required.edges.empty()) return;
-        const auto sorted = [](std::array<int, 2> e) { return std::array{std::min(e[0], e[1]), std::max(e[0], e[1])}; };
         std::map<std::array<int, 2>, int> entry;
-        for (std::size_t e = 0; e < edges.size(); ++e) entry.emplace(sorted(edges[e]), static_cast<int>(e));
+        for (std::size_t e = 0; e < edges.size(); ++e)
+            entry.emplace(edge_between(edges[e][0], edges[e][1]), static_cast<int>(e));
         for (const auto& edge : soup.required.edges) {
-            const auto [at, is_new] = entry.emplace(sorted(edge), static_cast<int>(edges.size()));
+            const auto [at, is_new] = entry.emplace(edge_between(edge[0], edge[1]), static_cast<int>(edges.size()));
             if (is_new) edges.push_back(edge);
             required.push_back(at->second);
         }

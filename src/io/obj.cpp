@@ -52,10 +52,7 @@ class ObjReader {
     void read_vertex() {
         in_.advance(1);
         Eigen::Vector3d point;
-        for (int i = 0; i < 3; ++i) {
-            in_.at_line_end();
-            point[i] = in_.real_here("a coordinate");
-        }
+        for (int i = 0; i < 3; ++i) point[i] = in_.real_in_line("a coordinate");
         // A weight or a colour may follow.
         while (!in_.at_line_end()) in_.real_here("a number");
         soup_.points.push_back(point);
@@ -162,8 +159,8 @@ class ObjReader {
         std::vector<int> integers;
         std::vector<double> reals;
         for (std::size_t i = 0; i < counts[0]; ++i)
-            integers.push_back(static_cast<int>((in_.at_line_end(), in_.integer_here("a whole number"))));
-        for (std::size_t i = 0; i < counts[1]; ++i) reals.push_back((in_.at_line_end(), in_.real_here("a number")));
+            integers.push_back(static_cast<int>(in_.integer_in_line("a whole number")));
+        for (std::size_t i = 0; i < counts[1]; ++i) reals.push_back(in_.real_in_line("a number"));
         const std::string word = counts[2] > 0 && !in_.at_line_end() ? std::string(in_.word("a word")) : std::string();
         apply_tag(where, tag, integers, reals, word);
     }

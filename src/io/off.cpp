@@ -40,10 +40,7 @@ Header read_header(Scanner& in) {
 void read_vertex(Scanner& in, const Header& header, TriangleSoup& soup) {
     Eigen::Vector3d point;
     in.at_end();
-    for (int i = 0; i < 3; ++i) {
-        in.at_line_end();
-        point[i] = in.real_here("a coordinate");
-    }
+    for (int i = 0; i < 3; ++i) point[i] = in.real_in_line("a coordinate");
     soup.points.push_back(point);
     if (!header.extras && !in.at_line_end())
         in.fail("expected the end of the line after three coordinates (only COFF, NOFF and STOFF have more)");

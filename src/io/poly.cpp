@@ -16,16 +16,6 @@ void pass_line(Scanner& in) {
     while (!in.at_line_end()) in.real_here("a number");
 }
 
-std::int64_t integer_of_line(Scanner& in, const char* what) {
-    in.at_line_end();
-    return in.integer_here(what);
-}
-
-double real_of_line(Scanner& in, const char* what) {
-    in.at_line_end();
-    return in.real_here(what);
-}
-
 class PolyReader {
   public:
     PolyReader(const std::string& path, std::string_view text) : path_(path), in_(path, text, '#') {}
@@ -53,7 +43,7 @@ class PolyReader {
     // "points dimension attributes markers"
     std::size_t read_points_header(Scanner& in) {
         const std::size_t count = in.count("the number of points", 3);
-        if (integer_of_line(in, "the dimension") != 2) in.fail("the dimension must be 2");
+        if (in.integer_in_line("the dimension") != 2) in.fail("the dimension must be 2");
         pass_line(in);
         return count;
     }
@@ -63,12 +53,12 @@ class PolyReader {
         for (std::size_t i = 0; i < count; ++i) {
             in.at_end();
             const char* const where = in.position();
-            const std::int64_t number = integer_of_line(in, "the number of a point");
+            const std::int64_t number = in.integer_in_line("the number of a point");
             if (i == 0 && (number == 0 || number == 1)) graph_.first_number = static_cast<int>(number);
             if (number != static_cast<std::int64_t>(i) + graph_.first_number)
                 in.fail_at(where, "points must be numbered one after the other, from 0 or 1");
-            const double x = real_of_line(in, "x");
-            graph_.points.emplace_back(x, real_of_line(in, "y"));
+            const double x = in.real_in_line("x");
+            graph_.points.emplace_back(x, in.real_in_line("y"));
             pass_line(in);
         }
     }
@@ -89,10 +79,10 @@ class PolyReader {
         const bool has_markers = !in_.at_line_end() && in_.integer_here("whether there are markers") > 0;
         for (std::size_t i = 0; i < count; ++i) {
             in_.at_end();
-            integer_of_line(in_, "the number of a segment");
+            in_.integer_in_line("the number of a segment");
             const int a = read_point("a point of a segment"), b = read_point("a point of a segment");
             graph_.segments.push_back({a, b});
-            if (has_markers) graph_.labels.push_back(static_cast<int>(integer_of_line(in_, "a marker")));
+            if (has_markers) graph_.labels.push_back(static_cast<int>(in_.integer_in_line("a marker")));
             pass_line(in_);
         }
     }
@@ -101,9 +91,9 @@ class PolyReader {
         const std::size_t count = in_.count("the number of holes", 5);
         for (std::size_t i = 0; i < count; ++i) {
             in_.at_end();
-            integer_of_line(in_, "the number of a hole");
-            const double x = real_of_line(in_, "x");
-            graph_.holes->emplace_back(x, real_of_line(in_, "y"));
+            in_.integer_in_line("the number of a hole");
+            const double x = in_.real_in_line("x");
+            graph_.holes->emplace_back(x, in_.real_in_line("y"));
             pass_line(in_);
         }
     }
@@ -113,10 +103,10 @@ class PolyReader {
         const std::size_t count = in_.count("the number of regions", 7);
         for (std::size_t i = 0; i < count; ++i) {
             in_.at_end();
-            integer_of_line(in_, "the number of a region");
-            const double x = real_of_line(in_, "x"), y = real_of_line(in_, "y");
+            in_.integer_in_line("the number of a region");
+            const double x = in_.real_in_line("x"), y = in_.real_in_line("y");
             const char* const where = in_.position();
-            const double label = real_of_line(in_, "a label");
+            const double label = in_.real_in_line("a label");
             if (label != static_cast<int>(label)) in_.fail_at(where, "the label of a region must be a whole number");
             graph_.regions.push_back({{x, y}, static_cast<int>(label)});
             pass_line(in_);

@@ -50,6 +50,9 @@ class Scanner {
     /// Numbers at the very position, see at_line_end.
     double real_here(const char* what);
     std::int64_t integer_here(const char* what);
+    /// The next number of the line.
+    double real_in_line(const char* what) { return at_line_end(), real_here(what); }
+    std::int64_t integer_in_line(const char* what) { return at_line_end(), integer_here(what); }
     void advance(std::size_t characters) { pos_ += characters; }
 
     [[noreturn]] void fail(const std::string& what) const { fail_at(pos_, what); }

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <numeric>
-#include <unordered_map>
+#include <optional>
 
 #include <Eigen/Geometry>
+
+#include "cells.hpp"
+#include "gradus/mesh/edge.hpp"
 
 namespace gradus {
 namespace {
@@ -28,6 +30,7 @@ class JunctionFinder {
     }
 
     std::vector<Junctions> find() {
+        if (edges_.empty()) return {};
         fill_grid();
         std::vector<Junctions> result;
         for (const auto& [e, across] : edges_) {
@@ -67,29 +70,19 @@ class JunctionFinder {
             length += (points_[e[1]] - points_[e[0]]).norm();
             box.extend(points_[e[0]]).extend(points_[e[1]]);
         }
-        if (edges_.empty()) return;
-        low_ = box.min();
-        cell_ =
+        width_ =
             std::max({length / static_cast<double>(edges_.size()), 2 * distance_, box.sizes().maxCoeff() / (1 << 20)});
-        for (const auto& [v, others] : neighbours_) cells_[key(cell_of(points_[v]))].push_back(v);
-    }
-    Eigen::Vector3i cell_of(const Eigen::Vector3d& p) const { return ((p - low_) / cell_).array().floor().cast<int>(); }
-    static std::uint64_t key(const Eigen::Vector3i& c) {
-        return static_cast<std::uint64_t>(c.x() + 1) << 42 | static_cast<std::uint64_t>(c.y() + 1) << 21 |
-               static_cast<std::uint64_t>(c.z() + 1);
+        cells_.emplace(box.min(), width_);
+        for (const auto& [v, others] : neighbours_) cells_->insert(points_[v], v);
     }
     // Vertices around points of an edge that are a cell apart.
     std::vector<int> near(const Edge& e) const {
         const Eigen::Vector3d d = points_[e[1]] - points_[e[0]];
-        const int steps = static_cast<int>(std::ceil(d.norm() / cell_));
+        const int steps = static_cast<int>(std::ceil(d.norm() / width_));
         std::vector<int> result;
-        for (int i = 0; i <= steps; ++i) {
-            const Eigen::Vector3i centre = cell_of(points_[e[0]] + d * (static_cast<double>(i) / std::max(steps, 1)));
-            for (int k = 0; k < 27; ++k) {
-                const auto found = cells_.find(key(centre + Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)));
-                if (found != cells_.end()) result.insert(result.end(), found->second.begin(), found->second.end());
-            }
-        }
+        for (int i = 0; i <= steps; ++i)
+            cells_->for_each_near(points_[e[0]] + d * (static_cast<double>(i) / std::max(steps, 1)),
+                                  [&](int v) { result.push_back(v); });
         std::sort(result.begin(), result.end());
         result.erase(std::unique(result.begin(), result.end()), result.end());
         return result;
@@ -99,9 +92,8 @@ class JunctionFinder {
     double distance_;
     std::vector<OpenEdge> edges_;
     std::map<int, std::vector<int>> neighbours_;  // along open edges
-    Eigen::Vector3d low_;
-    double cell_ = 0;
-    std::unordered_map<std::uint64_t, std::vector<int>> cells_;
+    double width_ = 0;                            // of the cells
+    std::optional<Cells> cells_;
 };
 
 }  // namespace
@@ -111,7 +103,7 @@ std::vector<OpenEdge> open_edges(const std::vector<Triangle>& triangles, const s
     for (const Triangle& t : triangles)
         for (int k = 0; k < 3; ++k) {
             const int a = place[t[k]], b = place[t[(k + 1) % 3]];
-            if (a >= 0 && b >= 0 && a != b) edges.push_back({{std::min(a, b), std::max(a, b)}, place[t[(k + 2) % 3]]});
+            if (a >= 0 && b >= 0 && a != b) edges.push_back({edge_between(a, b), place[t[(k + 2) % 3]]});
         }
     std::sort(edges.begin(), edges.end(), [](const OpenEdge& a, const OpenEdge& b) { return a.ends < b.ends; });
     for (std::size_t i = 0; i < edges.size(); ++i)

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <tuple>
-#include <unordered_map>
 
+#include "cells.hpp"
 #include "flat.hpp"
 
 namespace gradus {
@@ -48,29 +47,19 @@ std::vector<int> close_places(const Points& points, const std::vector<char>& use
     const double distance = tolerance * (high - low).norm();
     // Cells of a grid, counted in no more than 20 bits along each axis; few stay in one, as they are a tolerance apart.
     const double cell = std::max(distance, std::max((high - low).maxCoeff(), 1e-300) / (1 << 20));
-    const auto key = [](const Eigen::Vector3i& c) {
-        return static_cast<std::uint64_t>(c.x() + 1) << 42 | static_cast<std::uint64_t>(c.y() + 1) << 21 |
-               static_cast<std::uint64_t>(c.z() + 1);
-    };
-    std::unordered_map<std::uint64_t, std::vector<int>> stay;
+    Cells stay(low, cell);
     std::vector<int> place(points.size(), kNone);
     for (int i = 0; i < static_cast<int>(points.size()); ++i) {
         if (!used[i]) continue;
-        const Eigen::Vector3i centre = ((points[i] - low) / cell).cast<int>();
         double closest = distance;
-        for (int k = 0; k < 27; ++k) {
-            const auto found = stay.find(key(centre + Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)));
-            if (found == stay.end()) continue;
-            for (const int other : found->second) {
-                const double d = (points[other] - points[i]).norm();
-                const bool closer =
-                    place[i] == kNone ? d <= closest : d < closest || (d == closest && other < place[i]);
-                if (closer) closest = d, place[i] = other;
-            }
-        }
+        stay.for_each_near(points[i], [&](int other) {
+            const double d = (points[other] - points[i]).norm();
+            const bool closer = place[i] == kNone ? d <= closest : d < closest || (d == closest && other < place[i]);
+            if (closer) closest = d, place[i] = other;
+        });
         if (place[i] != kNone) continue;
         place[i] = i;
-        stay[key(centre)].push_back(i);
+        stay.insert(points[i], i);
     }
     return place;
 }

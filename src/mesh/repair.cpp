@@ -16,6 +16,7 @@
 #include <Eigen/Geometry>
 
 #include "flat.hpp"
+#include "gradus/mesh/edge.hpp"
 #include "gradus/mesh/flats.hpp"
 #include "junctions.hpp"
 #include "places.hpp"
@@ -27,6 +28,7 @@ namespace {
 using Edge = std::array<int, 2>;
 
 constexpr int kNone = -1;
+constexpr int kMostRounds = 100;  // of joining T-junctions and resolving flat triangles; a few do
 
 /// A triangle on its way from the input to the result.
 struct Piece {
@@ -60,8 +62,6 @@ Triangle key_of(const Piece& piece) {
     std::sort(key.begin(), key.end());
     return key;
 }
-
-Edge sorted(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
 // Triangles
 // --------------------------------------------------------------------------------------------------------------
@@ -102,7 +102,7 @@ void drop_copies(std::vector<Piece>& pieces, bool parts_may_touch, Log& log) {
     std::vector<Edge> sides;
     if (parts_may_touch)
         for (const Piece& piece : pieces)
-            for (int k = 0; k < 3; ++k) sides.push_back(sorted(piece.places[k], piece.places[(k + 1) % 3]));
+            for (int k = 0; k < 3; ++k) sides.push_back(edge_between(piece.places[k], piece.places[(k + 1) % 3]));
     std::sort(sides.begin(), sides.end());
     const auto is_even = [&](const Edge& e) {
         const auto [first, last] = std::equal_range(sides.begin(), sides.end(), e);
@@ -112,7 +112,8 @@ void drop_copies(std::vector<Piece>& pieces, bool parts_may_touch, Log& log) {
         const Triangle &t = a.places, &u = b.places;
         const auto turned = std::find(u.begin(), u.end(), t[0]) - u.begin();
         if (u[(turned + 1) % 3] == t[1]) return false;
-        return is_even(sorted(t[0], t[1])) && is_even(sorted(t[1], t[2])) && is_even(sorted(t[2], t[0]));
+        return is_even(edge_between(t[0], t[1])) && is_even(edge_between(t[1], t[2])) &&
+               is_even(edge_between(t[2], t[0]));
     };
     std::vector<std::pair<Triangle, int>> keys;
     keys.reserve(pieces.size());
@@ -286,7 +287,7 @@ class FlatResolver {
         const int a = places[k], b = places[(k + 1) % 3], middle = places[(k + 2) % 3];
         const int vertex = pieces_[i].vertices[(k + 2) % 3];
         pieces_[i].alive = false;
-        splits_.emplace(sorted(a, b), vertex);
+        splits_.emplace(edge_between(a, b), vertex);
         std::vector<int> item{pieces_[i].source}, others;
         for (const int other : around_[a]) {
             const Piece& piece = pieces_[other];
@@ -304,7 +305,7 @@ class FlatResolver {
 
     void split(int i, int a, int b, int middle, int vertex) {
         std::size_t k = 0;
-        while (sorted(pieces_[i].places[k], pieces_[i].places[(k + 1) % 3]) != sorted(a, b)) ++k;
+        while (edge_between(pieces_[i].places[k], pieces_[i].places[(k + 1) % 3]) != edge_between(a, b)) ++k;
         // Its copy: both halves vanish.
         if (pieces_[i].places[(k + 2) % 3] == middle) {
             pieces_[i].alive = false;
@@ -488,8 +489,8 @@ class Followers {
             for (const Edge& image : edge_images(edge, halved)) {
                 found = true;
                 // Two that were welded are one.
-                const Edge source = sorted(edge[0], edge[1]);
-                if (first_edge.emplace(sorted(image[0], image[1]), source).first->second != source) continue;
+                const Edge source = edge_between(edge[0], edge[1]);
+                if (first_edge.emplace(edge_between(image[0], image[1]), source).first->second != source) continue;
                 to.push_back(image);
                 sources.push_back(e);
             }
@@ -543,7 +544,7 @@ class Followers {
     /// @param halved  edges that were, by their places: where points lie on lines to rounding only, splits of splits
     /// may come back
     std::vector<Edge> edge_images(const Edge& edge, std::set<Edge>& halved) const {
-        const auto key = sorted(edge[0], edge[1]);
+        const auto key = edge_between(edge[0], edge[1]);
         std::vector<Edge> result;
         auto image = std::lower_bound(images_.begin(), images_.end(), key,
                                       [](const Image& a, const Edge& b) { return a.input < b; });
@@ -552,7 +553,7 @@ class Followers {
             if (result.empty() || result.back() != found) result.push_back(found);
         }
         if (!result.empty() || images_of(edge[0]).empty() || images_of(edge[1]).empty()) return result;
-        const auto split = splits_.find(sorted(place_[edge[0]], place_[edge[1]]));
+        const auto split = splits_.find(edge_between(place_[edge[0]], place_[edge[1]]));
         if (split != splits_.end() && halved.insert(split->first).second) {
             for (const Edge& half : {Edge{edge[0], split->second}, Edge{split->second, edge[1]}})
                 for (const Edge& part : edge_images(half, halved)) result.push_back(part);
@@ -750,7 +751,7 @@ bool join_junctions(const Points& unit, double distance, std::vector<Piece>& pie
     std::map<Edge, int> piece_at;
     for (const Junctions& junctions : found) piece_at.emplace(junctions.edge, kNone);
     const auto note = [&](int i, int k) {
-        const auto edge = piece_at.find(sorted(pieces[i].places[k], pieces[i].places[(k + 1) % 3]));
+        const auto edge = piece_at.find(edge_between(pieces[i].places[k], pieces[i].places[(k + 1) % 3]));
         if (edge != piece_at.end()) edge->second = i;
     };
     for (int i = 0; i < std::ssize(pieces); ++i)
@@ -765,7 +766,7 @@ bool join_junctions(const Points& unit, double distance, std::vector<Piece>& pie
             const auto from = static_cast<std::size_t>(index_of(last)),
                        to = static_cast<std::size_t>(index_of(edge[1]));
             log.add(RepairKind::SplitEdges, {v, pieces[i].vertices[from], pieces[i].vertices[to]});
-            splits.emplace(sorted(last, edge[1]), v);
+            splits.emplace(edge_between(last, edge[1]), v);
             Piece cut_off = pieces[i];
             cut_off.places[to] = cut_off.vertices[to] = v;
             pieces[i].places[from] = pieces[i].vertices[from] = v;
@@ -817,13 +818,13 @@ Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, boo
     drop_copies(pieces, parts_may_touch, log);
 
     // What one step drops may open an edge for the other.
+    const double distance = options.weld_tolerance * diagonal_of(unit, used);
     std::map<Edge, int> splits;
-    for (bool changes = true; changes;) {
-        changes = options.weld_tolerance > 0 &&
-                  join_junctions(unit, options.weld_tolerance * diagonal_of(unit, used), pieces, splits, log);
+    for (int round = 0; round < kMostRounds; ++round) {
+        const bool joins = distance > 0 && join_junctions(unit, distance, pieces, splits, log);
         FlatResolver flats(soup.points, unit, pieces, options.flatness);
-        if (flats.resolve() && !flats.items().empty()) {
-            changes = options.weld_tolerance > 0;
+        const bool resolves = flats.resolve() && !flats.items().empty();
+        if (resolves) {
             pieces = flats.take_pieces();
             splits.insert(flats.splits().begin(), flats.splits().end());
             for (const auto& item : flats.items()) log.add(RepairKind::FlatTriangles, item);
@@ -831,6 +832,7 @@ Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, boo
                 if (p != kNone) p = flats.merged(p);
         }
         drop_copies(pieces, parts_may_touch, log);
+        if (distance == 0 || (!joins && !resolves)) break;
     }
 
     std::vector<Triangle> places, corners;
@@ -871,7 +873,7 @@ Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, boo
 bool is_of_closed_parts(std::vector<Triangle> triangles) {
     std::vector<Edge> edges;
     for (Triangle& t : triangles) {
-        for (int k = 0; k < 3; ++k) edges.push_back(sorted(t[k], t[(k + 1) % 3]));
+        for (int k = 0; k < 3; ++k) edges.push_back(edge_between(t[k], t[(k + 1) % 3]));
         std::sort(t.begin(), t.end());
     }
     std::sort(triangles.begin(), triangles.end());

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "constrained_triangulation.hpp"
+#include "gradus/mesh/edge.hpp"
 #include "gradus/plane/predicates.hpp"
 
 namespace gradus {
@@ -19,8 +20,6 @@ using planar::kOutside;
 
 constexpr int kNone = -1;
 constexpr double kLargestCoordinate = 1e40;  // of which the signs of areas are exact
-
-Edge sorted(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
 std::string text_of(const Eigen::Vector2d& p) {
     std::ostringstream text;
@@ -102,7 +101,7 @@ class Faces {
           arrangement_(planar::triangulate_segments(graph.points, graph.segments, graph.first_number)),
           of_(triangles().size(), kNone) {
         for (int s = 0; s < static_cast<int>(graph.segments.size()); ++s)
-            segment_at_[sorted(graph.segments[s][0], graph.segments[s][1])] = s;
+            segment_at_[edge_between(graph.segments[s][0], graph.segments[s][1])] = s;
         for (int t = 0; t < static_cast<int>(triangles().size()); ++t)
             if (of_[t] == kNone) fill(t);
         inside_.assign(sides_.size(), 0);
@@ -165,7 +164,8 @@ class Faces {
             const planar::Tri& tri = triangles()[t];
             for (int k = 0; k < 3; ++k) {
                 if (tri.is_fixed(k)) {
-                    const int segment = segment_at_.at(sorted(tri.v[planar::next(k)], tri.v[planar::previous(k)]));
+                    const int segment =
+                        segment_at_.at(edge_between(tri.v[planar::next(k)], tri.v[planar::previous(k)]));
                     sides_[face].push_back({segment, tri.n[k]});
                 } else if (tri.n[k] != kOutside && of_[tri.n[k]] == kNone) {
                     of_[tri.n[k]] = face;

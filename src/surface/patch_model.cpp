@@ -24,9 +24,6 @@ using Eigen::Vector3d;
 // A component whose boundary can be capped by less than this share of its own area encloses a volume worth speaking of.
 constexpr double largest_cap = 0.75;
 
-// Of very many patches each is a small part of the surface, and few samples of it do.
-constexpr int many_patches = 512;
-
 const char* name_of(Side side) {
     constexpr std::array<const char*, 4> names{"bottom", "right", "top", "left"};
     return names[static_cast<int>(side)];
@@ -207,7 +204,7 @@ struct PatchModel::Builder {
     double tolerance = 0;  // absolute
     Vector3d low_corner{0, 0, 0};
 
-    bool has_many() const { return model.num_patches() > many_patches; }
+    bool has_many() const { return model.num_patches() > PatchModel::kMany; }
     int pieces() const { return has_many() ? 1 : 3; }
 
     void check_options() const {

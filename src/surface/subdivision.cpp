@@ -11,6 +11,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "gradus/mesh/edge.hpp"
+
 namespace gradus {
 namespace {
 
@@ -22,7 +24,6 @@ using Edge = std::array<int, 2>;
 // Levels of patches around extraordinary vertices before the cap.
 constexpr int kLevels = 10;
 
-Edge sorted(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 std::string name(int index) { return std::to_string(index + 1); }
 std::string name(const Edge& e) { return name(e[0]) + "-" + name(e[1]); }
 
@@ -194,7 +195,7 @@ std::string why_no_surface(const Cage& cage, const std::map<Edge, std::vector<in
 
 std::string why_no_tags(const Cage& cage, const std::map<Edge, std::vector<int>>& uses) {
     for (const Cage::Crease& crease : cage.creases) {
-        if (!uses.contains(sorted(crease.edge[0], crease.edge[1])))
+        if (!uses.contains(edge_between(crease.edge[0], crease.edge[1])))
             return "crease " + name(crease.edge) + " is no edge";
         if (!(crease.sharpness >= 0))
             return "crease " + name(crease.edge) + " has a sharpness of " + std::to_string(crease.sharpness);
@@ -270,7 +271,7 @@ std::string why_no_limit_surface(const Cage& cage, SubdivisionScheme scheme) {
     for (int f = 0; f < std::ssize(cage.faces); ++f)
         for (std::size_t k = 0, n = cage.faces[f].size(); k < n; ++k) {
             const int a = cage.faces[f][k], b = cage.faces[f][(k + 1) % n];
-            uses[sorted(a, b)].push_back(a < b ? f + 1 : -(f + 1));
+            uses[edge_between(a, b)].push_back(a < b ? f + 1 : -(f + 1));
         }
     if (std::string why = why_no_surface(cage, uses); !why.empty()) return why;
     return why_no_tags(cage, uses);

@@ -71,6 +71,8 @@ class PatchModel {
     ///         three or more sides share one or when the surface is one-sided
     explicit PatchModel(std::vector<std::unique_ptr<const ParametricSurface>> patches, const GlueOptions& options = {});
 
+    /// Of more patches than these each is a small part of the surface, and few samples of it do.
+    static constexpr int kMany = 512;
     int num_patches() const { return static_cast<int>(patches_.size()); }
     const ParametricSurface& patch(int i) const { return *patches_[i]; }
     /// True where the outside of the patch is -S_u x S_v, so that all patches of a component agree.
