@@ -158,8 +158,7 @@ class ObjReader {
         }
         std::vector<int> integers;
         std::vector<double> reals;
-        for (std::size_t i = 0; i < counts[0]; ++i)
-            integers.push_back(static_cast<int>(in_.integer_in_line("a whole number")));
+        for (std::size_t i = 0; i < counts[0]; ++i) integers.push_back(in_.int_in_line("a whole number"));
         for (std::size_t i = 0; i < counts[1]; ++i) reals.push_back(in_.real_in_line("a number"));
         const std::string word = counts[2] > 0 && !in_.at_line_end() ? std::string(in_.word("a word")) : std::string();
         apply_tag(where, tag, integers, reals, word);

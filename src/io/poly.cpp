@@ -1,6 +1,8 @@
 // Shewchuk's .poly: points, segments, holes and regions of a planar domain; its points may be in the .node file beside
 // it.
+#include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "formats.hpp"
 #include "gradus/io/error.hpp"
@@ -82,7 +84,7 @@ class PolyReader {
             in_.integer_in_line("the number of a segment");
             const int a = read_point("a point of a segment"), b = read_point("a point of a segment");
             graph_.segments.push_back({a, b});
-            if (has_markers) graph_.labels.push_back(static_cast<int>(in_.integer_in_line("a marker")));
+            if (has_markers) graph_.labels.push_back(in_.int_in_line("a marker"));
             pass_line(in_);
         }
     }
@@ -107,7 +109,8 @@ class PolyReader {
             const double x = in_.real_in_line("x"), y = in_.real_in_line("y");
             const char* const where = in_.position();
             const double label = in_.real_in_line("a label");
-            if (label != static_cast<int>(label)) in_.fail_at(where, "the label of a region must be a whole number");
+            if (std::abs(label) > std::numeric_limits<int>::max() || label != std::trunc(label))
+                in_.fail_at(where, "the label of a region must be a whole number");
             graph_.regions.push_back({{x, y}, static_cast<int>(label)});
             pass_line(in_);
         }

@@ -181,4 +181,13 @@ void Scanner::fail_expected(const char* what) {
     fail(std::string("expected ") + what + ", found " + (*pos_ == '\n' ? "the end of the line" : quoted(word_here())));
 }
 
+int Scanner::int_in_line(const char* what) {
+    at_line_end();
+    const char* const where = pos_;
+    const std::int64_t value = integer_here(what);
+    if (value != static_cast<int>(value))
+        fail_at(where, std::string(what) + " is out of range: " + std::to_string(value));
+    return static_cast<int>(value);
+}
+
 }  // namespace gradus::io

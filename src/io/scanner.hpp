@@ -53,6 +53,7 @@ class Scanner {
     /// The next number of the line.
     double real_in_line(const char* what) { return at_line_end(), real_here(what); }
     std::int64_t integer_in_line(const char* what) { return at_line_end(), integer_here(what); }
+    int int_in_line(const char* what);  ///< the same in the range of int
     void advance(std::size_t characters) { pos_ += characters; }
 
     [[noreturn]] void fail(const std::string& what) const { fail_at(pos_, what); }

@@ -75,11 +75,13 @@ TEST_CASE("angles of the cage make creases, and other files are no cages", "[cli
         {"remesh cage.obj --cage-crease-angle 80 -o out.mesh", "give --subdivision too"},
         {"remesh cage.obj --subdivision catmull-clark --freeze 3 -o out.mesh", "--freeze"},
         {"remesh edit.obj --subdivision catmull-clark -o out.mesh", "edit.obj:15: the tag vertexedit is not supported"},
+        {"remesh large.obj --subdivision catmull-clark -o out.mesh", "large.obj:15: a whole number is out of range"},
         {"remesh fan.obj --subdivision catmull-clark -o out.mesh", "edge 1-2 has 3 faces"},
         {"remesh tag.obj --subdivision catmull-clark -o out.mesh", "crease 1-8 is no edge"},
     };
     support::spill(folder / "cage.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     support::spill(folder / "edit.obj", kCube + "t vertexedit 2/3/2 0 1 0 0 1 a b\n");
+    support::spill(folder / "large.obj", kCube + "t crease 2/1/0 0 4294967297 3\n");
     support::spill(folder / "fan.obj", kCube + "f 2 1 7\n");
     support::spill(folder / "tag.obj", kCube + "t crease 2/1/0 0 7 3\n");
     for (const auto& [command, message] : refused) {

@@ -152,6 +152,8 @@ TEST_CASE("info and refusals of planar domains name what is wrong with its place
     }
     support::spill(folder / "in.poly", square(1).poly("1\n0 5 5\n"));
     CHECK_THAT(run(folder, "info in.poly").err, Catch::Contains("in.poly: the hole at (5, 5) is in no region"));
+    support::spill(folder / "in.poly", square(1).poly("0\n1\n0 0.5 0.5 1e300\n"));
+    CHECK_THAT(run(folder, "info in.poly").err, Catch::Contains("must be a whole number"));
     support::spill(folder / "in.poly", "0 2 0 0\n1 0\n0 0 1\n0\n");
     CHECK_THAT(run(folder, "info in.poly").err, Catch::Contains("has no points") && Catch::Contains("in.node"));
     support::spill(folder / "in.node", "3 2 0 0\n1 0 0\n2 1 0\n3 0 1\n");
