@@ -10,6 +10,7 @@
 
 #include "gradus/io/cage_files.hpp"
 #include "gradus/mesh/edge.hpp"
+#include "gradus/surface/glue.hpp"
 #include "session.hpp"
 
 namespace gradus::app {
@@ -94,7 +95,7 @@ LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice
         std::vector<int> labels;
         for (const int face : surface.face)
             if (!cage.labels.empty()) labels.push_back(cage.labels[face]);
-        return {PatchModel(std::move(surface.patches), {.crease_angle = kCrease}), std::move(labels)};
+        return {glue(std::move(surface.patches), {.crease_angle = kCrease}), std::move(labels)};
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());
     }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/surface_model.hpp"
 #include "json.hpp"
 
 namespace gradus::app {
@@ -24,7 +24,7 @@ void check(const CageChoice& choice);
 
 /// A surface of patches, and their labels, if the file has some.
 struct LoadedModel {
-    PatchModel model;
+    SurfaceModel model;
     std::vector<int> labels = {};
 };
 

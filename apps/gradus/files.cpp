@@ -180,7 +180,7 @@ TriMesh manifold_of(const std::string& path, const TriangleSoup& soup) {
     }
 }
 
-Background load_background(const std::string& path, const PatchModel& model) {
+Background load_background(const std::string& path, const SurfaceModel& model) {
     const TriangleSoup soup = read_mesh(path);
     try {
         return background_from_soup(model, soup);

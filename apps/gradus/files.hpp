@@ -58,7 +58,7 @@ std::string text_of(const Cracks& cracks);
 /// @throws Failure naming the file if its triangles are no oriented manifold
 TriMesh manifold_of(const std::string& path, const TriangleSoup& soup);
 /// The background with places on the patches. @throws Failure naming the file
-Background load_background(const std::string& path, const PatchModel& model);
+Background load_background(const std::string& path, const SurfaceModel& model);
 /// Of FileKind::SizedMesh. By extension.
 bool holds_mesh(const std::string& size_map);
 /// Sizes on the vertices of a mesh, in the format of the extension: .sol .solb, .pos and .msh as Gmsh takes them for a

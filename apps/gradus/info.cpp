@@ -72,7 +72,7 @@ struct Samples {
     SurfacePoint at;
 };
 
-Samples sample(const PatchModel& model) {
+Samples sample(const SurfaceModel& model) {
     Samples samples;
     for (int p = 0; p < model.num_patches(); ++p) {
         const Domain domain = model.patch(p).domain();
@@ -92,7 +92,7 @@ Samples sample(const PatchModel& model) {
 }
 
 // Chains of boundary curves that share their ends.
-int boundary_loops(const PatchModel& model) {
+int boundary_loops(const SurfaceModel& model) {
     std::vector<int> up(model.vertices().size());
     std::iota(up.begin(), up.end(), 0);
     const auto root = [&](int v) {
@@ -112,7 +112,7 @@ int boundary_loops(const PatchModel& model) {
 
 int info_of_patches(const Options& options) {
     const PatchFile file = read_patches(options.file);
-    const PatchModel model = std::move(load_model(options.file).model);
+    const SurfaceModel model = std::move(load_model(options.file).model);
     std::map<std::array<int, 2>, int> degrees;
     bool rational = false;
     for (const BezierNet& net : file.nets) {

@@ -20,7 +20,7 @@ std::vector<double> qualities_of(const SurfaceMesh& mesh) {
     return quality;
 }
 
-void write_fields(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh) {
+void write_fields(const std::string& path, const SurfaceModel& model, const SurfaceMesh& mesh) {
     const std::vector<double> shock = vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes),
                               quality = qualities_of(mesh);
     std::vector<double> radius, curvature, patch(mesh.patches.begin(), mesh.patches.end());
@@ -48,7 +48,7 @@ TriangleSoup soup_of(const SurfaceMesh& mesh) {
     return soup;
 }
 
-void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh,
+void write_surface_mesh(const std::string& path, const SurfaceModel& model, const SurfaceMesh& mesh,
                         std::span<const int> labels) {
     if (extension_of(path) == ".vtu")
         write_fields(path, model, mesh);
@@ -85,7 +85,7 @@ void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool l
     write_mesh_data(path, data);
 }
 
-MeshReport measure_surface_mesh(const PatchModel& model, const SurfaceMesh& mesh, const ControlSpace& control) {
+MeshReport measure_surface_mesh(const SurfaceModel& model, const SurfaceMesh& mesh, const ControlSpace& control) {
     std::vector<int> cells;
     for (const SurfacePoint& at : mesh.places) cells.push_back(control.locate(at));
     const KnownFeatures features{.edges = mesh.features};

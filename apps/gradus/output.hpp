@@ -15,7 +15,7 @@ TriangleSoup soup_of(const SurfaceMesh& mesh);
 
 /// Writes a mesh in the format of the extension. `.vtu` has the fields size, shock, minimal_radius, curvature (at
 /// vertices), quality (area-length) and patch (from 1).
-void write_surface_mesh(const std::string& path, const PatchModel& model, const SurfaceMesh& mesh,
+void write_surface_mesh(const std::string& path, const SurfaceModel& model, const SurfaceMesh& mesh,
                         std::span<const int> labels = {});
 
 /// The same for a mesh of a triangulation, whose patches are labels where it has any; `.vtu` without curvature. With
@@ -24,7 +24,7 @@ void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool l
                         const std::vector<Field>& point_fields, const std::vector<Field>& cell_fields);
 
 /// Everything there is to measure. @param control  size map the mesh was made for
-MeshReport measure_surface_mesh(const PatchModel& model, const SurfaceMesh& mesh, const ControlSpace& control);
+MeshReport measure_surface_mesh(const SurfaceModel& model, const SurfaceMesh& mesh, const ControlSpace& control);
 
 /// Worst and mean area-length, for a line of text.
 struct Shape {

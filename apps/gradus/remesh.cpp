@@ -100,7 +100,7 @@ struct Map {
     std::optional<GradationResult> gradation;
 };
 
-SizedBackground read_map(const Options& options, const PatchModel& model) {
+SizedBackground read_map(const Options& options, const SurfaceModel& model) {
     SizedBackground sized{
         load_background(options.background.empty() ? background_beside(options.sizes) : options.background, model), {}};
     sized.sizes = read_sizes(options.sizes, sized.background.mesh.n_vertices());
@@ -114,7 +114,7 @@ void require_finite(const std::string& path, std::span<const double> sizes) {
                                   unset - sizes.begin() + 1));
 }
 
-Map make_map(const Options& options, const PatchModel& model, const std::optional<GradationOptions>& gradation,
+Map make_map(const Options& options, const SurfaceModel& model, const std::optional<GradationOptions>& gradation,
              Stages& stages) {
     Map map;
     if (options.sizes.empty()) {
@@ -142,7 +142,7 @@ RemeshOptions remesh_options(const Options& options) {
 
 Made mesh_patches(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
     LoadedModel loaded = stages.run("reading", [&] { return load_model(options.in, options.cage); });
-    const auto model = std::make_shared<const PatchModel>(std::move(loaded.model));
+    const auto model = std::make_shared<const SurfaceModel>(std::move(loaded.model));
     const auto map = std::make_shared<const Map>(make_map(options, *model, gradation, stages));
     const auto control = stages.run(
         "control space", [&] { return std::make_shared<const ControlSpace>(map->sized.background, map->sized.sizes); });

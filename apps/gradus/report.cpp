@@ -11,7 +11,7 @@
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/output_file.hpp"
 #include "gradus/mesh/parts.hpp"
-#include "gradus/quality/project.hpp"
+#include "gradus/surface/locate.hpp"
 #include "json.hpp"
 #include "page.hpp"
 
@@ -34,7 +34,7 @@ struct Placing {
 
 // Where parts of a surface run through each other the closest point may be on either: each connected part of the mesh
 // keeps to the component that most of its vertices are on, and strays are found again from a neighbour.
-void keep_to_components(const PatchModel& model, const TriangleSoup& soup, std::vector<SurfacePoint>& places) {
+void keep_to_components(const SurfaceModel& model, const TriangleSoup& soup, std::vector<SurfacePoint>& places) {
     const std::vector<int> part = connected_parts(soup.points.size(), soup.triangles);
     std::map<int, std::map<int, int>> votes;  // of each part, for each component
     for (std::size_t v = 0; v < places.size(); ++v)
@@ -58,7 +58,7 @@ void keep_to_components(const PatchModel& model, const TriangleSoup& soup, std::
 }
 
 // Parameters of the file where they hold good, else the closest point.
-Placing place(const PatchModel& model, const TriangleSoup& soup) {
+Placing place(const SurfaceModel& model, const TriangleSoup& soup) {
     constexpr double kHolds =
         1e-6;  // of the diagonal: a file of another surface, or of another numbering, is farther off
     Placing placing;
@@ -122,7 +122,7 @@ int run_report(const Options& options) {
     Stages stages(options.session);
     const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
     MeasureOptions measure_options;
-    std::optional<PatchModel> model;
+    std::optional<SurfaceModel> model;
     Placing placing;
     TriangleSoup surface;
     std::optional<Reference> reference;

@@ -15,7 +15,7 @@ std::string bound(const std::optional<double>& value) { return value ? fmt::form
 
 }  // namespace
 
-std::string text_of(const std::string& path, const PatchModel& model) {
+std::string text_of(const std::string& path, const SurfaceModel& model) {
     if (model.num_patches() == 1) return fmt::format("{}: one patch, diagonal {:.4g}\n", path, model.diagonal());
     return fmt::format("{}: {} patches in {} component{}, diagonal {:.4g}\n", path, model.num_patches(),
                        model.num_components(), model.num_components() == 1 ? "" : "s", model.diagonal());

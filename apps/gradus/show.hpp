@@ -4,13 +4,13 @@
 #include <string>
 
 #include "gradus/gradation/grade.hpp"
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/surface_model.hpp"
 #include "session.hpp"
 
 namespace gradus::app {
 
 /// "teapot.bpt: 32 patches in 4 components, diagonal 8.204"
-std::string text_of(const std::string& path, const PatchModel& model);
+std::string text_of(const std::string& path, const SurfaceModel& model);
 
 /// Measures before and after, with the bounds, and what happened. @param vertices  of the background
 std::string text_of(const GradationOptions& options, const GradationResult& result, std::size_t vertices);

@@ -13,7 +13,7 @@ constexpr double kMargin =
 
 }  // namespace
 
-SizedBackground background_for(const PatchModel& model, const SizingRule& rule, Stages& stages, int max_triangles) {
+SizedBackground background_for(const SurfaceModel& model, const SizingRule& rule, Stages& stages, int max_triangles) {
     return stages.run("background", [&] {
         SizedBackground sized = make_background(
             model, rule, {.max_triangles = max_triangles, .max_unit_triangles = static_cast<double>(max_triangles)});
@@ -23,7 +23,7 @@ SizedBackground background_for(const PatchModel& model, const SizingRule& rule, 
     });
 }
 
-GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const GradationOptions& gradation,
+GradedMap grade_refining(const SurfaceModel& model, const SizingRule& rule, const GradationOptions& gradation,
                          SizedBackground& sized, Stages& stages) {
     return stages.run("gradation", [&] {
         GradedMap map{sized.sizes, {}};

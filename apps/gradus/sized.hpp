@@ -15,11 +15,11 @@ struct GradedMap {
 };
 
 /// Background for a rule. @throws std::length_error where max_triangles stopped it
-SizedBackground background_for(const PatchModel& model, const SizingRule& rule, Stages& stages,
+SizedBackground background_for(const SurfaceModel& model, const SizingRule& rule, Stages& stages,
                                int max_triangles = BackgroundOptions{}.max_triangles);
 
 /// Grades the sizes of a background; where it is too coarse for them its edges are cut and its raw sizes replaced.
-GradedMap grade_refining(const PatchModel& model, const SizingRule& rule, const GradationOptions& gradation,
+GradedMap grade_refining(const SurfaceModel& model, const SizingRule& rule, const GradationOptions& gradation,
                          SizedBackground& sized, Stages& stages);
 
 }  // namespace gradus::app

@@ -37,7 +37,7 @@ struct Mapped {
 };
 
 Mapped map_patches(const Options& options, const std::string& given, Stages& stages) {
-    const PatchModel model =
+    const SurfaceModel model =
         stages.run("reading", [&] { return std::move(load_model(options.in, options.cage).model); });
     Mapped map{.rule = rule_of(options.sizing, limits_for(model.diagonal())),
                .surface = text_of(options.in, model),

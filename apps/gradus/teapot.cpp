@@ -62,7 +62,7 @@ struct Experiment {
     Side raw{.name = "raw"}, corrected{.name = "graded"};
 };
 
-void mesh_side(const Options& options, const PatchModel& model, const Experiment& experiment, Side& side,
+void mesh_side(const Options& options, const SurfaceModel& model, const Experiment& experiment, Side& side,
                Stages& stages) {
     const ControlSpace control(experiment.sized.background, side.sizes);
     RemeshOptions remesh_options{.fast = options.fast,
@@ -83,7 +83,7 @@ void mesh_side(const Options& options, const PatchModel& model, const Experiment
     });
 }
 
-Experiment run_experiment(const Options& options, const PatchModel& model, Stages& stages) {
+Experiment run_experiment(const Options& options, const SurfaceModel& model, Stages& stages) {
     Experiment experiment;
     experiment.rule = rule_of(options.sizing, kLimits);
     experiment.gradation = *gradation_of(options.gradation, kPaperShock);
@@ -284,7 +284,7 @@ void write_page(const std::string& path, const Experiment& experiment, const std
     write_file(path, page.html());
 }
 
-std::vector<std::string> write_files(const Options& options, const PatchModel& model, const Experiment& experiment,
+std::vector<std::string> write_files(const Options& options, const SurfaceModel& model, const Experiment& experiment,
                                      Stages& stages) {
     std::vector<std::string> files;
     const auto file = [&](const std::string& name) { return files.emplace_back(options.folder + "/" + name); };
@@ -309,7 +309,7 @@ int run_teapot(const Options& options) {
     gradation_of(options.gradation, kPaperShock);
     if (!options.folder.empty()) make_folder(options.folder);
     Stages stages(options.session);
-    const PatchModel model = stages.run("teapot", [] { return make_model(parse_patches(kTeapot, "teapot.bpt")); });
+    const SurfaceModel model = stages.run("teapot", [] { return make_model(parse_patches(kTeapot, "teapot.bpt")); });
     const Experiment experiment = run_experiment(options, model, stages);
     std::vector<std::string> files;
     if (!options.folder.empty()) files = write_files(options, model, experiment, stages);

@@ -1,9 +1,10 @@
 #include "gradus/control/background.hpp"
 
-#include "gradus/surface/projection.hpp"
+#include "gradus/surface/locate.hpp"
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -54,49 +55,39 @@ struct Feet {
 };
 
 // Feet of the corners of a triangle on a patch, all by descent from the foot of one point, so that they lie together.
-Feet descend(const ParametricSurface& patch, const std::array<Eigen::Vector3d, 3>& corners,
-             const Eigen::Vector3d& from) {
-    const Eigen::Vector2d start = project(patch, from).uv;
+Feet descend(const SurfaceModel& model, const std::array<Eigen::Vector3d, 3>& corners, const SurfacePoint& start) {
     Feet feet;
     for (int k = 0; k < 3; ++k) {
-        const PatchProjection foot = project(patch, corners[k], start);
-        feet.uv[k] = foot.uv;
+        const Projection foot = project_within(model, corners[k], start);
+        feet.uv[k] = foot.at.uv;
         feet.distance[k] = foot.distance;
     }
     return feet;
 }
 
-int nearest_patch(const PatchModel& model, const Eigen::Vector3d& p) {
-    int best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < model.num_patches(); ++i) {
-        const double distance = project(model.patch(i), p).distance;
-        if (distance < least) least = distance, best = i;
-    }
-    return best;
-}
-
 }  // namespace
 
-Background background_from_soup(const PatchModel& model, const TriangleSoup& soup) {
+Background background_from_soup(const SurfaceModel& model, const TriangleSoup& soup) {
     Background background{make_mesh(soup.points, soup.triangles), {}, {}};
     const ParameterTable table(soup);
     background.patch.reserve(soup.triangles.size());
     background.uv.reserve(soup.triangles.size());
+    std::optional<Locator> sampled;  // made for the first triangle that needs it
+    const auto locator = [&]() -> const Locator& { return sampled ? *sampled : sampled.emplace(model); };
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
         const Triangle& triangle = soup.triangles[t];
         const Eigen::Vector3d centre =
             (soup.points[triangle[0]] + soup.points[triangle[1]] + soup.points[triangle[2]]) / 3;
         int patch = soup.labels.empty() ? -1 : soup.labels[t] - 1;
-        if (patch < 0 || patch >= model.num_patches()) patch = nearest_patch(model, centre);
+        if (patch < 0 || patch >= model.num_patches()) patch = locator().find(centre).at.patch;
         Corners corners;
         if (!corners_from_table(table, triangle, patch, corners)) {
             const std::array<Eigen::Vector3d, 3> points{soup.points[triangle[0]], soup.points[triangle[1]],
                                                         soup.points[triangle[2]]};
             // Around a pole the way from the middle to a corner may be barred by the seam: then come from a corner.
-            Feet feet = descend(model.patch(patch), points, centre);
+            Feet feet = descend(model, points, locator().find_on(patch, centre).at);
             for (int k = 0; k < 3 && feet.largest() > kOnSurface * model.diagonal(); ++k) {
-                const Feet other = descend(model.patch(patch), points, points[k]);
+                const Feet other = descend(model, points, locator().find_on(patch, points[k]).at);
                 if (other.largest() < feet.largest()) feet = other;
             }
             for (int k = 0; k < 3; ++k)

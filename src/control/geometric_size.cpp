@@ -20,51 +20,20 @@ namespace {
 constexpr int kMostPieces = 20000;     // of a curve to begin with: patches up to 40 000 times as long as wide
 constexpr double kLeastAspect = 0.15;  // height over longest edge below which a triangle is a needle worth cutting
 
-// Fixed and free parameter of a side, and its extent.
-struct SideFrame {
-    int along;     // 0: u, 1: v
-    double fixed;  // value of the other parameter
-    double low, high;
-};
-
-SideFrame frame_of(const Domain& domain, Side side) {
-    switch (side) {
-        case Side::Bottom:
-            return {0, domain.min.y(), domain.min.x(), domain.max.x()};
-        case Side::Top:
-            return {0, domain.max.y(), domain.min.x(), domain.max.x()};
-        case Side::Left:
-            return {1, domain.min.x(), domain.min.y(), domain.max.y()};
-        case Side::Right:
-            return {1, domain.max.x(), domain.min.y(), domain.max.y()};
-    }
-    return {};
-}
-
-bool on_side(const SideFrame& frame, const Eigen::Vector2d& uv) { return uv[1 - frame.along] == frame.fixed; }
-
-double side_parameter(const SideFrame& frame, const Eigen::Vector2d& uv) {
-    return (uv[frame.along] - frame.low) / (frame.high - frame.low);
-}
-
-// Radius of curvature of the curve along a side; infinite where it is straight or stands still.
-double curve_radius(const PatchModel& model, const SurfacePoint& at, int along) {
-    const Jet2 jet = model.patch(at.patch).jet2(at.uv);
-    const Eigen::Vector3d d = along == 0 ? jet.du : jet.dv, dd = along == 0 ? jet.duu : jet.dvv;
-    const double speed = d.norm(), turn = d.cross(dd).norm();
+// Radius of curvature of a curve; infinite where it is straight or stands still.
+double curve_radius(const SurfaceModel& model, int curve, double t) {
+    const CurveJet2 jet = model.curve_jet2(curve, t);
+    const double speed = jet.d.norm(), turn = jet.d.cross(jet.dd).norm();
     return turn > 1e-12 * speed * speed * speed / model.diagonal() ? speed * speed * speed / turn
                                                                    : std::numeric_limits<double>::infinity();
 }
 
 // Size by the curvature of the patch, and of the features it lies on.
-double size_at(const PatchModel& model, const SizingRule& rule, const SurfacePoint& at) {
+double size_at(const SurfaceModel& model, const SizingRule& rule, const SurfacePoint& at) {
     double h = size_from_radius(rule, minimal_radius(model.patch(at.patch), at.uv));
-    for (int s = 0; s < 4; ++s) {
-        const auto side = static_cast<Side>(s);
-        const SideFrame frame = frame_of(model.patch(at.patch).domain(), side);
-        if (on_side(frame, at.uv) && is_feature(model.curves()[model.side_curve(at.patch, side).curve].kind))
-            h = std::min(h, size_from_radius(rule, curve_radius(model, at, frame.along)));
-    }
+    for (const auto& [use, t] : model.border_at(at))
+        if (is_feature(model.curves()[use.curve].kind))
+            h = std::min(h, size_from_radius(rule, curve_radius(model, use.curve, t)));
     return h;
 }
 
@@ -91,7 +60,7 @@ double extent_of(const ParametricSurface& patch, int along, int steps) {
 // How many pieces each curve starts with. Opposite sides of a patch have the same number, so the classes of curves that
 // are opposite to each other share the largest number any patch asks for. Squares are at most kLongSquare times as long
 // as wide: bisection of longest edges keeps the shape of a needle.
-std::vector<int> pieces_per_curve(const PatchModel& model, int cells) {
+std::vector<int> pieces_per_curve(const SurfaceModel& model, int cells) {
     constexpr double kLongSquare = 4;
     const int curves = static_cast<int>(model.curves().size());
     // At least two, so that patches between the same corners have no edge in common; three for sides that close on
@@ -106,9 +75,9 @@ std::vector<int> pieces_per_curve(const PatchModel& model, int cells) {
         while (parent[c] != c) c = parent[c] = parent[parent[c]];
         return c;
     };
-    const auto curve = [&](int p, Side side) { return model.side_curve(p, side).curve; };
+    const auto curve = [&](int p, int side) { return model.loops(p)[0][side].curve; };
     for (int p = 0; p < model.num_patches(); ++p) {
-        for (const auto& [side, opposite] : {std::pair(Side::Bottom, Side::Top), std::pair(Side::Left, Side::Right)}) {
+        for (const auto& [side, opposite] : {std::pair(0, 2), std::pair(3, 1)}) {
             const int a = root(curve(p, side)), b = root(curve(p, opposite));
             parent[a] = b;
             pieces[b] = std::max(pieces[a], pieces[b]);
@@ -119,9 +88,9 @@ std::vector<int> pieces_per_curve(const PatchModel& model, int cells) {
         const double slender = std::max(1.0, std::max(ratio, 1 / ratio) / kLongSquare);
         const int few = std::max(least, static_cast<int>(std::lround(cells / slender)));
         const int many = std::clamp(static_cast<int>(std::lround(few * slender)), cells, kMostPieces);
-        int& along = pieces[root(curve(p, Side::Bottom))];
+        int& along = pieces[root(curve(p, 0))];
         along = std::max(along, ratio >= 1 ? many : few);
-        int& across = pieces[root(curve(p, Side::Left))];
+        int& across = pieces[root(curve(p, 3))];
         across = std::max(across, ratio >= 1 ? few : many);
     }
     for (int c = 0; c < curves; ++c) pieces[c] = pieces[root(c)];
@@ -131,7 +100,7 @@ std::vector<int> pieces_per_curve(const PatchModel& model, int cells) {
 // A mesh of the patches under refinement. Half-edges on model curves carry the curve as tag.
 class Builder {
   public:
-    Builder(const PatchModel& model, const SizingRule& rule) : model_(model), rule_(rule) {}
+    Builder(const SurfaceModel& model, const SizingRule& rule) : model_(model), rule_(rule) {}
 
     void start_from_grid(int cells);
     void start_from(const Background& background, std::span<const double> sizes);
@@ -160,10 +129,10 @@ class Builder {
     SurfacePoint middle_of(int h) const;
     SurfacePoint other_side_of(int h, const SurfacePoint& middle) const;
     void bisect(int h);
-    void tag_curves();
-    int use_of(int h, int curve) const;
+    bool is_border(int h) const;
+    void find_borders();
 
-    const PatchModel& model_;
+    const SurfaceModel& model_;
     const SizingRule& rule_;
     Connectivity mesh_;
     std::vector<Eigen::Vector3d> points_;
@@ -171,6 +140,14 @@ class Builder {
     std::vector<std::array<int, 2>> parents_;  // of vertices that came by bisection, in order
     std::vector<int> patch_;
     std::vector<std::array<Eigen::Vector2d, 3>> uv_;
+    // Of half-edges on curves: which use, and the parameters of the curve at both ends, in the direction of the
+    // half-edge. The mesh has the curves as tags.
+    struct OnCurve {
+        int use = -1;
+        double t0 = 0, t1 = 0;
+    };
+    std::vector<std::array<OnCurve, 3>> border_;
+    std::vector<std::array<signed char, 3>> pole_;  // of corners: the parameter that means nothing there, or -1
 };
 
 void Builder::start_from_grid(int cells) {
@@ -187,8 +164,7 @@ void Builder::start_from_grid(int cells) {
     const auto curve_vertex = [&](int c, int i) { return first_on_curve[c] + i - 1; };
     for (int p = 0; p < model_.num_patches(); ++p) {
         const Domain domain = model_.patch(p).domain();
-        const int n = pieces[model_.side_curve(p, Side::Bottom).curve],
-                  m = pieces[model_.side_curve(p, Side::Left).curve];
+        const int n = pieces[model_.loops(p)[0][0].curve], m = pieces[model_.loops(p)[0][3].curve];
         const auto uniform = [&](int i, int j) {
             // The ends are the domain's own numbers, so that a side is recognised exactly.
             const Eigen::Vector2d s{static_cast<double>(i) / n, static_cast<double>(j) / m};
@@ -201,27 +177,23 @@ void Builder::start_from_grid(int cells) {
         const int corner[4] = {0, n, m * (n + 1) + n, m * (n + 1)};
         for (int j = 0; j <= m; ++j)
             for (int i = 0; i <= n; ++i) uv[j * (n + 1) + i] = uniform(i, j);
-        for (int k = 0; k < 4; ++k) id[corner[k]] = model_.corner_vertex(p, k);
+        for (int k = 0; k < 4; ++k) id[corner[k]] = model_.start_of(model_.loops(p)[0][k]);
         for (int j = 1; j < m; ++j)
             for (int i = 1; i < n; ++i) {
                 id[j * (n + 1) + i] = static_cast<int>(points_.size());
                 points_.push_back(model_.patch(p).position(uniform(i, j)));
             }
         for (int s = 0; s < 4; ++s) {
-            const auto side = static_cast<Side>(s);
-            const auto [c, use] = model_.side_curve(p, side);
+            const auto [c, use] = model_.loops(p)[0][s];
             const ModelCurve& curve = model_.curves()[c];
             const int count = pieces[c];
             for (int i = 1; i < count; ++i) {
-                const int at = side == Side::Bottom ? i
-                               : side == Side::Top  ? m * (n + 1) + i
-                               : side == Side::Left ? i * (n + 1)
-                                                    : i * (n + 1) + n;
+                const int at = s == 0 ? i : s == 2 ? m * (n + 1) + i : s == 3 ? i * (n + 1) : i * (n + 1) + n;
                 if (curve.kind == CurveKind::Pole) {
                     id[at] = curve.ends[0];
                     continue;
                 }
-                const int k = curve.uses[use].reversed ? count - i : i;
+                const int k = curve.uses[use].reversed != (s >= 2) ? count - i : i;
                 id[at] = curve_vertex(c, k);
                 uv[at] = model_.on_curve(c, use, static_cast<double>(k) / count).uv;
             }
@@ -266,7 +238,7 @@ void Builder::start_from_grid(int cells) {
     for (Triangle& t : triangles)
         for (int& v : t) v = renumber[v];
     mesh_ = Connectivity(used, triangles);
-    tag_curves();
+    find_borders();
     sizes_.assign(used, std::numeric_limits<double>::infinity());
     for (int t = 0; t < mesh_.num_triangles(); ++t)
         for (int k = 0; k < 3; ++k) {
@@ -282,45 +254,65 @@ void Builder::start_from(const Background& background, std::span<const double> s
     patch_ = background.patch;
     uv_ = background.uv;
     mesh_ = Connectivity(static_cast<int>(points_.size()), triangles_of(background.mesh));
-    tag_curves();
+    find_borders();
 }
 
-// Parameters of the ends of h in its triangle. A pole is a whole side of parameters: it is approached along the other
+// Parameters of the ends of h in its triangle. A pole is a whole line of parameters: it is approached along the other
 // end's own line.
 std::array<Eigen::Vector2d, 2> Builder::parameters_of(int h) const {
-    const int t = h / 3, k = h % 3;
-    Eigen::Vector2d a = uv_[t][k], b = uv_[t][(k + 1) % 3];
-    for (int s = 0; s < 4; ++s) {
-        const auto side = static_cast<Side>(s);
-        if (model_.curves()[model_.side_curve(patch_[t], side).curve].kind != CurveKind::Pole) continue;
-        const SideFrame frame = frame_of(model_.patch(patch_[t]).domain(), side);
-        if (on_side(frame, a))
-            a[frame.along] = b[frame.along];
-        else if (on_side(frame, b))
-            b[frame.along] = a[frame.along];
-    }
+    const int t = h / 3, k = h % 3, m = (k + 1) % 3;
+    Eigen::Vector2d a = uv_[t][k], b = uv_[t][m];
+    if (const int axis = pole_[t][k]; axis >= 0)
+        a[axis] = b[axis];
+    else if (const int other = pole_[t][m]; other >= 0)
+        b[other] = a[other];
     return {a, b};
 }
 
-// Which use of the curve the triangle side of h is: the one whose side holds both ends.
-int Builder::use_of(int h, int curve) const {
-    const int patch = patch_[h / 3];
-    const auto [a, b] = parameters_of(h);
-    const auto& uses = model_.curves()[curve].uses;
-    for (int use = 0; use < static_cast<int>(uses.size()); ++use) {
-        if (uses[use].patch != patch) continue;
-        const SideFrame frame = frame_of(model_.patch(patch).domain(), uses[use].side);
-        if (on_side(frame, a) && on_side(frame, b)) return use;
-    }
-    return -1;
+// Whether the patch ends at h: beyond it is nothing, another patch, or the other side of a seam.
+bool Builder::is_border(int h) const {
+    const int g = mesh_.twin(h);
+    return g < 0 || patch_[g / 3] != patch_[h / 3] || uv_[h / 3][h % 3] != uv_[g / 3][(g + 1) % 3] ||
+           uv_[h / 3][(h + 1) % 3] != uv_[g / 3][g % 3];
 }
 
-void Builder::tag_curves() {
+void Builder::find_borders() {
+    border_.assign(mesh_.num_triangles(), {});
+    pole_.assign(mesh_.num_triangles(), {-1, -1, -1});
+    std::vector<char> has_pole(model_.num_patches(), 0);
+    for (const ModelCurve& curve : model_.curves())
+        if (curve.kind == CurveKind::Pole) has_pole[curve.uses[0].patch] = 1;
+    for (int h = 0; h < 3 * mesh_.num_triangles(); ++h) {
+        const int t = h / 3, k = h % 3, patch = patch_[t];
+        if (has_pole[patch])
+            for (const auto& [ref, at] : model_.border_at({patch, uv_[t][k]}))
+                if (model_.curves()[ref.curve].kind == CurveKind::Pole) {
+                    const Eigen::Vector2d along = model_.use(ref).image->duv(at);
+                    pole_[t][k] = std::abs(along.x()) >= std::abs(along.y()) ? 0 : 1;
+                }
+    }
+    for (int h = 0; h < 3 * mesh_.num_triangles(); ++h) {
+        if (!is_border(h)) continue;
+        const auto [a, b] = parameters_of(h);
+        const auto from = model_.border_at({patch_[h / 3], a}), to = model_.border_at({patch_[h / 3], b});
+        for (const auto& [ref, t0] : from)
+            for (const auto& [other, t1] : to) {
+                if (!(ref == other) || model_.curves()[ref.curve].kind == CurveKind::Pole) continue;
+                mesh_.set_tag(h, ref.curve);
+                border_[h / 3][h % 3] = {ref.use, t0, t1};
+            }
+        // A closed curve starts where it ends: the way between the two is the short one.
+        auto& [use, t0, t1] = border_[h / 3][h % 3];
+        if (const int curve = mesh_.tag(h);
+            curve >= 0 && model_.curves()[curve].ends[0] == model_.curves()[curve].ends[1])
+            for (double* t : {&t0, &t1})
+                if (std::abs(t1 - t0) > 0.5 && (*t == 0 || *t == 1)) *t = 1 - *t;
+    }
     for (int h = 0; h < 3 * mesh_.num_triangles(); ++h)
-        for (int s = 0; s < 4 && mesh_.tag(h) < 0; ++s) {
-            const int curve = model_.side_curve(patch_[h / 3], static_cast<Side>(s)).curve;
-            if (model_.curves()[curve].kind != CurveKind::Pole && use_of(h, curve) >= 0) mesh_.set_tag(h, curve);
-        }
+        if (mesh_.tag(h) >= 0 && border_[h / 3][h % 3].use < 0)
+            throw std::invalid_argument(
+                fmt::format("background: edge {}-{} lies on a curve of patch {} on one side only", mesh_.origin(h) + 1,
+                            mesh_.target(h) + 1, patch_[h / 3] + 1));
 }
 
 int Builder::longest_edge(int t) const {
@@ -337,27 +329,17 @@ int Builder::longest_edge(int t) const {
 
 // Middle of the edge in the parameters of its own triangle.
 SurfacePoint Builder::middle_of(int h) const {
-    const int t = h / 3, curve = mesh_.tag(h);
-    const auto [a, b] = parameters_of(h);
-    if (curve >= 0) {
-        const int use = use_of(h, curve);
-        const Side side = model_.curves()[curve].uses[use].side;
-        const SideFrame frame = frame_of(model_.patch(patch_[t]).domain(), side);
-        const double t0 = model_.curve_parameter(patch_[t], side, side_parameter(frame, a));
-        const double t1 = model_.curve_parameter(patch_[t], side, side_parameter(frame, b));
-        return model_.on_curve(curve, use, (t0 + t1) / 2);
+    if (const int curve = mesh_.tag(h); curve >= 0) {
+        const OnCurve& on = border_[h / 3][h % 3];
+        return model_.on_curve(curve, on.use, (on.t0 + on.t1) / 2);
     }
-    return {patch_[t], (a + b) / 2};
+    const auto [a, b] = parameters_of(h);
+    return {patch_[h / 3], (a + b) / 2};
 }
 
 // The same point in the parameters of the neighbouring triangle.
 SurfacePoint Builder::other_side_of(int h, const SurfacePoint& middle) const {
-    const int curve = mesh_.tag(h);
-    if (curve < 0) return middle;
-    const int use = use_of(h, curve);
-    const Side side = model_.curves()[curve].uses[use].side;
-    const double s = side_parameter(frame_of(model_.patch(middle.patch).domain(), side), middle.uv);
-    return model_.on_curve(curve, 1 - use, model_.curve_parameter(middle.patch, side, s));
+    return mesh_.tag(h) < 0 ? middle : middle_of(mesh_.twin(h));
 }
 
 double Builder::size_on_edge(int h, const SurfacePoint& middle) const {
@@ -366,9 +348,8 @@ double Builder::size_on_edge(int h, const SurfacePoint& middle) const {
     if (curve < 0) return size;
     if (mesh_.twin(h) >= 0) size = std::min(size, exact_size(other_side_of(h, middle)));
     if (is_feature(model_.curves()[curve].kind)) {
-        const SideFrame frame =
-            frame_of(model_.patch(middle.patch).domain(), model_.curves()[curve].uses[use_of(h, curve)].side);
-        size = std::min(size, size_from_radius(rule_, curve_radius(model_, middle, frame.along)));
+        const OnCurve& on = border_[h / 3][h % 3];
+        size = std::min(size, size_from_radius(rule_, curve_radius(model_, curve, (on.t0 + on.t1) / 2)));
     }
     return size;
 }
@@ -379,15 +360,27 @@ void Builder::bisect(int h) {
     const SurfacePoint beyond = g >= 0 ? other_side_of(h, middle) : middle;
     parents_.push_back({mesh_.origin(h), mesh_.target(h)});
     sizes_.push_back(size_on_edge(h, middle));
-    // One position for both sides: that of the curve's first use.
-    points_.push_back(curve >= 0 && use_of(h, curve) == 1 ? model_.position(beyond) : model_.position(middle));
+    const OnCurve on = border_[h / 3][h % 3];
+    points_.push_back(curve >= 0 ? model_.curve_point(curve, (on.t0 + on.t1) / 2) : model_.position(middle));
     mesh_.split(h);
     const auto cut = [&](int side, const Eigen::Vector2d& uv) {
         // a b c became a m c, and m b c was added.
-        const int t = side / 3, k = side % 3;
-        uv_.push_back({uv, uv_[t][(k + 1) % 3], uv_[t][(k + 2) % 3]});
+        const int t = side / 3, k = side % 3, next = (k + 1) % 3, last = (k + 2) % 3;
+        std::array<OnCurve, 3> added;
+        std::array<signed char, 3> pole{-1, pole_[t][next], pole_[t][last]};
+        added[1] = border_[t][next];
+        if (OnCurve& cut_curve = border_[t][k]; curve >= 0) {
+            const double tm = (cut_curve.t0 + cut_curve.t1) / 2;
+            added[0] = {cut_curve.use, tm, cut_curve.t1};
+            cut_curve.t1 = tm;
+        }
+        border_[t][next] = {};
+        border_.push_back(added);
+        pole_.push_back(pole);
+        pole_[t][next] = -1;
+        uv_.push_back({uv, uv_[t][next], uv_[t][last]});
         patch_.push_back(patch_[t]);
-        uv_[t][(k + 1) % 3] = uv;
+        uv_[t][next] = uv;
     };
     cut(h, middle.uv);
     if (g >= 0) cut(g, beyond.uv);
@@ -498,14 +491,14 @@ SizedBackground Builder::result() const {
 
 }  // namespace
 
-SizedBackground make_background(const PatchModel& model, const SizingRule& rule, const BackgroundOptions& options) {
+SizedBackground make_background(const SurfaceModel& model, const SizingRule& rule, const BackgroundOptions& options) {
     check(rule);
     if (options.cells < 2)
         throw std::invalid_argument("make_background: cells = " + std::to_string(options.cells) + " must be 2 or more");
     if (!(options.size_tolerance > 0) || !(options.chord_tolerance > 0) || !(options.finest > 0))
         throw std::invalid_argument("make_background: tolerances must be positive");
     Builder builder(model, rule);
-    const double share = std::min(1.0, static_cast<double>(PatchModel::kMany) / std::max(model.num_patches(), 1));
+    const double share = std::min(1.0, static_cast<double>(SurfaceModel::kMany) / std::max(model.num_patches(), 1));
     builder.start_from_grid(std::max(2, static_cast<int>(std::lround(options.cells * std::sqrt(share)))));
     // Refining for sizes that will be refused in the end takes long: the first grid tells the order of magnitude.
     if (const double expected = builder.unit_triangles(); expected > 2 * options.max_unit_triangles)
@@ -522,7 +515,7 @@ SizedBackground make_background(const PatchModel& model, const SizingRule& rule,
     return result;
 }
 
-std::vector<double> geometric_sizes(const PatchModel& model, const Background& background, const SizingRule& rule) {
+std::vector<double> geometric_sizes(const SurfaceModel& model, const Background& background, const SizingRule& rule) {
     check(rule);
     std::vector<double> sizes(background.mesh.n_vertices(), std::numeric_limits<double>::infinity());
     const std::vector<Triangle> triangles = triangles_of(background.mesh);
@@ -535,7 +528,7 @@ std::vector<double> geometric_sizes(const PatchModel& model, const Background& b
     return sizes;
 }
 
-int refine_for_gradation(const PatchModel& model, const SizingRule& rule, double longest, SizedBackground& sized,
+int refine_for_gradation(const SurfaceModel& model, const SizingRule& rule, double longest, SizedBackground& sized,
                          std::vector<double>& graded, int max_triangles) {
     Builder builder(model, rule);
     builder.start_from(sized.background, sized.sizes);

@@ -231,10 +231,10 @@ void write_patches(const std::string& path, const PatchFile& file) {
     write_file(path, out.str());
 }
 
-PatchModel make_model(const PatchFile& file, const GlueOptions& options) {
+SurfaceModel make_model(const PatchFile& file, const ModelOptions& options) {
     std::vector<std::unique_ptr<const ParametricSurface>> patches;
     for (const BezierNet& net : file.nets) patches.push_back(make_bezier_patch(net));
-    return PatchModel(std::move(patches), options);
+    return glue(std::move(patches), options);
 }
 
 }  // namespace gradus

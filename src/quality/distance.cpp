@@ -1,6 +1,6 @@
 #include "gradus/quality/distance.hpp"
 
-#include "gradus/quality/project.hpp"
+#include "gradus/surface/locate.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 /// The places of each vertex on every patch that has it.
 class VertexPlaces {
   public:
-    VertexPlaces(const PatchModel& model, const PlacedMesh& placed)
+    VertexPlaces(const SurfaceModel& model, const PlacedMesh& placed)
         : places_(placed.places), shared_index_(placed.places.size(), -1) {
         if (placed.places.size() != placed.mesh.points.size())
             throw std::invalid_argument("measure_distance: " + std::to_string(placed.places.size()) + " places for " +
@@ -73,7 +73,7 @@ class VertexPlaces {
 
 /// Mean of the parameters of some vertices on a patch that has them all. On a seam each takes the side where the others
 /// are; on a pole the parameter without meaning is that of the others.
-Eigen::Vector2d mean_parameters(const PatchModel& model, const VertexPlaces& places, std::span<const int> vertices,
+Eigen::Vector2d mean_parameters(const SurfaceModel& model, const VertexPlaces& places, std::span<const int> vertices,
                                 int patch) {
     std::vector<std::vector<SurfacePoint>> choices;
     for (const int v : vertices) {
@@ -105,7 +105,7 @@ Eigen::Vector2d mean_parameters(const PatchModel& model, const VertexPlaces& pla
 }
 
 /// Distance of the mean of some vertices of the mesh to the surface.
-double distance_of_mean(const PatchModel& model, const PlacedMesh& placed, const VertexPlaces& places,
+double distance_of_mean(const SurfaceModel& model, const PlacedMesh& placed, const VertexPlaces& places,
                         std::span<const int> vertices) {
     Eigen::Vector3d point(0, 0, 0);
     for (const int v : vertices) point += placed.mesh.points[v];
@@ -143,7 +143,7 @@ double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 /// Outward normals of the surface at vertices, computed once where a vertex is inside a patch.
 class VertexNormals {
   public:
-    VertexNormals(const PatchModel& model, const VertexPlaces& places, std::size_t num_vertices)
+    VertexNormals(const SurfaceModel& model, const VertexPlaces& places, std::size_t num_vertices)
         : model_(model), places_(places), inside_(num_vertices) {
         for (std::size_t i = 0; i < num_vertices; ++i) {
             const int v = static_cast<int>(i);
@@ -166,14 +166,14 @@ class VertexNormals {
     }
 
   private:
-    const PatchModel& model_;
+    const SurfaceModel& model_;
     const VertexPlaces& places_;
     std::vector<Eigen::Vector3d> inside_;
 };
 
 }  // namespace
 
-DistanceReport measure_distance(const PatchModel& model, const PlacedMesh& placed, const MeshEdges& edges,
+DistanceReport measure_distance(const SurfaceModel& model, const PlacedMesh& placed, const MeshEdges& edges,
                                 const DistanceOptions& options) {
     const VertexPlaces places(model, placed);
     DistanceReport report;
@@ -200,7 +200,7 @@ DistanceReport measure_distance(const PatchModel& model, const PlacedMesh& place
     return report;
 }
 
-NormalReport measure_normals(const PatchModel& model, const PlacedMesh& placed, const DistanceOptions& options) {
+NormalReport measure_normals(const SurfaceModel& model, const PlacedMesh& placed, const DistanceOptions& options) {
     const VertexPlaces places(model, placed);
     const VertexNormals normals(model, places, placed.mesh.points.size());
     NormalReport report;

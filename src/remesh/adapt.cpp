@@ -2,7 +2,7 @@
 
 #include "editor.hpp"
 #include "gradus/control/metric.hpp"
-#include "gradus/surface/projection.hpp"
+#include "gradus/surface/locate.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -47,9 +47,10 @@ std::vector<double> graded(const TriMesh& mesh, std::vector<double> sizes,
 
 }  // namespace
 
-Background background_from_mesh(const PatchModel& model, const SurfaceMesh& mesh) {
+Background background_from_mesh(const SurfaceModel& model, const SurfaceMesh& mesh) {
     Background background{make_mesh(mesh.points, mesh.triangles), mesh.patches, {}};
     background.uv.reserve(mesh.triangles.size());
+    std::optional<Locator> locator;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const int p = mesh.patches[t];
         const ParametricSurface& patch = model.patch(p);
@@ -59,21 +60,23 @@ Background background_from_mesh(const PatchModel& model, const SurfaceMesh& mesh
         const auto own = std::find_if(corners.begin(), corners.end(), [&](int v) { return mesh.places[v].patch == p; });
         const Eigen::Vector3d centre =
             (mesh.points[corners[0]] + mesh.points[corners[1]] + mesh.points[corners[2]]) / 3;
+        if (own == corners.end() && !locator) locator.emplace(model);
         const Eigen::Vector2d start =
-            project(patch, centre, own != corners.end() ? mesh.places[*own].uv : project(patch, centre).uv, true).uv;
+            (own != corners.end() ? project_within(model, centre, mesh.places[*own]) : locator->find_on(p, centre))
+                .at.uv;
         std::array<Eigen::Vector2d, 3> uv;
         for (int k = 0; k < 3; ++k) {
             const SurfacePoint& at = mesh.places[corners[k]];
             // Across a seam the same patch has other parameters.
             const bool near = at.patch == p && ((at.uv - start).cwiseAbs().array() <= extent.array() / 2).all();
-            uv[k] = near ? at.uv : project(patch, mesh.points[corners[k]], start, false).uv;
+            uv[k] = near ? at.uv : project_beyond(patch, mesh.points[corners[k]], start).at.uv;
         }
         background.uv.push_back(uv);
     }
     return background;
 }
 
-AdaptResult adapt(const PatchModel& model, const AdaptOptions& options) {
+AdaptResult adapt(const SurfaceModel& model, const AdaptOptions& options) {
     AdaptResult result;
     SizedBackground sized = make_background(model, options.rule, options.background);
     std::vector<double> sizes = graded(sized.background.mesh, sized.sizes, options.gradation);

@@ -19,7 +19,7 @@ struct Integral {
 
 class Integrator {
   public:
-    Integrator(const PatchModel& model, const ControlSpace& control, int curve)
+    Integrator(const SurfaceModel& model, const ControlSpace& control, int curve)
         : model_(model), control_(control), curve_(curve) {
         cell_ = control.locate(model.on_curve(curve, 0, 0));
     }
@@ -40,14 +40,8 @@ class Integrator {
   private:
     // Metric length per unit of t.
     double density(double t) {
-        const SurfacePoint at = model_.on_curve(curve_, 0, t);
-        const ParametricSurface& patch = model_.patch(at.patch);
-        const Domain domain = patch.domain();
-        const Jet1 jet = patch.jet1(at.uv);
-        const bool along = along_u(model_.curves()[curve_].uses[0].side);
-        const double speed = along ? jet.du.norm() * (domain.max.x() - domain.min.x())
-                                   : jet.dv.norm() * (domain.max.y() - domain.min.y());
-        return speed / control_.size(jet.p, cell_);
+        const CurveJet jet = model_.curve_jet(curve_, t);
+        return jet.d.norm() / control_.size(jet.p, cell_);
     }
 
     void step(double a, double b, double fa, double fb, int depth) {
@@ -62,7 +56,7 @@ class Integrator {
         integral_.length.push_back(integral_.length.back() + fine);
     }
 
-    const PatchModel& model_;
+    const SurfaceModel& model_;
     const ControlSpace& control_;
     int curve_, cell_;
     Integral integral_;
@@ -85,7 +79,7 @@ std::vector<double> equal_pieces(const Integral& integral, int pieces) {
 
 }  // namespace
 
-std::vector<std::vector<double>> discretise_curves(const PatchModel& model, const ControlSpace& control) {
+std::vector<std::vector<double>> discretise_curves(const SurfaceModel& model, const ControlSpace& control) {
     const auto& curves = model.curves();
     std::map<std::pair<int, int>, int> straight;  // curves of one piece between two vertices
     std::vector<Integral> integrals(curves.size());

@@ -29,14 +29,14 @@ struct SharedVertices {
     std::vector<int> first;              // number of the first inner point of each curve
     int count = 0;
 
-    SharedVertices(const PatchModel& model, const ControlSpace& control) : t(discretise_curves(model, control)) {
+    SharedVertices(const SurfaceModel& model, const ControlSpace& control) : t(discretise_curves(model, control)) {
         count = static_cast<int>(model.vertices().size());
         for (const auto& parameters : t) {
             first.push_back(count);
             count += std::max(0, static_cast<int>(parameters.size()) - 2);
         }
     }
-    int on_curve(const PatchModel& model, int curve, int i) const {
+    int on_curve(const SurfaceModel& model, int curve, int i) const {
         const int last = static_cast<int>(t[curve].size()) - 1;
         return i == 0      ? model.curves()[curve].ends[0]
                : i == last ? model.curves()[curve].ends[1]
@@ -50,9 +50,10 @@ struct PatchMesh {
     std::vector<int> cell;    // triangle of the control space under each point
     std::vector<int> number;  // of shared vertices; -1: inner
     std::vector<std::array<int, 3>> triangles;
+    std::vector<std::array<int, 2>> poles;  // sides that are a point in space
 };
 
-PatchMesh mesh_patch(const PatchModel& model, const ControlSpace& control, const SharedVertices& shared, int p) {
+PatchMesh mesh_patch(const SurfaceModel& model, const ControlSpace& control, const SharedVertices& shared, int p) {
     PatchMesh result;
     PlanarDomain domain;
     const auto add = [&](const SurfacePoint& at, int number) {
@@ -60,24 +61,28 @@ PatchMesh mesh_patch(const PatchModel& model, const ControlSpace& control, const
         domain.hints.push_back(control.locate(at));
         result.number.push_back(number);
     };
-    // Once around, counter-clockwise: each side without its last point.
-    for (const Side side : {Side::Bottom, Side::Right, Side::Top, Side::Left}) {
-        const auto [c, use] = model.side_curve(p, side);
-        const ModelCurve& curve = model.curves()[c];
-        const bool along = side == Side::Bottom || side == Side::Right;
-        const Domain d = model.patch(p).domain();
-        const Eigen::Vector2d corners[4] = {d.min, {d.max.x(), d.min.y()}, d.max, {d.min.x(), d.max.y()}};
-        const int corner = static_cast<int>(side);
-        add({p, corners[corner]}, model.corner_vertex(p, corner));
-        if (curve.kind == CurveKind::Pole) continue;
-        const int last = static_cast<int>(shared.t[c].size()) - 1;
-        for (int k = 1; k < last; ++k) {
-            const int i = along != curve.uses[use].reversed ? k : last - k;
-            add(model.on_curve(c, use, shared.t[c][i]), shared.on_curve(model, c, i));
+    std::vector<std::size_t> poles;  // segments
+    // Once around each loop: every use without its last point. A pole is one segment.
+    for (const std::vector<UseRef>& loop : model.loops(p)) {
+        const int first = static_cast<int>(domain.points.size());
+        for (const UseRef& ref : loop) {
+            const auto [c, u] = ref;
+            const bool reversed = model.use(ref).reversed;
+            add(model.on_curve(c, u, reversed ? 1 : 0), model.start_of(ref));
+            if (model.curves()[c].kind == CurveKind::Pole) {
+                poles.push_back(domain.points.size() - 1);
+                continue;
+            }
+            const int last = static_cast<int>(shared.t[c].size()) - 1;
+            for (int k = 1; k < last; ++k) {
+                const int i = reversed ? last - k : k;
+                add(model.on_curve(c, u, shared.t[c][i]), shared.on_curve(model, c, i));
+            }
         }
+        const int end = static_cast<int>(domain.points.size());
+        for (int i = first; i < end; ++i) domain.segments.push_back({i, i + 1 < end ? i + 1 : first});
     }
-    const int n = static_cast<int>(domain.points.size());
-    for (int i = 0; i < n; ++i) domain.segments.push_back({i, (i + 1) % n});
+    for (const std::size_t pole : poles) result.poles.push_back(domain.segments[pole]);
 
     const ParametricSurface& patch = model.patch(p);
     const MetricField metric = [&](const Eigen::Vector2d& uv, int& hint) {
@@ -137,7 +142,7 @@ struct EdgeUse {
 // vertices may have only one edge. Triangles on the side of a pole have lost that side and vanish.
 class Assembly {
   public:
-    Assembly(const PatchModel& model, const SharedVertices& shared, std::vector<PatchMesh> patches)
+    Assembly(const SurfaceModel& model, const SharedVertices& shared, std::vector<PatchMesh> patches)
         : model_(model), patches_(std::move(patches)), shared_(shared.count), count_(shared.count) {
         for (PatchMesh& mesh : patches_) number_inner(mesh);
         split_twin_triangles();
@@ -165,16 +170,10 @@ class Assembly {
             if (number < 0) number = count_++;
     }
 
-    bool pole_side(int p, int a, int b) const {
-        const Eigen::Vector2d &x = patches_[p].uv[a], &y = patches_[p].uv[b];
-        const Domain d = model_.patch(p).domain();
-        const auto pole = [&](Side side) {
-            return model_.curves()[model_.side_curve(p, side).curve].kind == CurveKind::Pole;
-        };
-        return (x.y() == y.y() &&
-                ((y.y() == d.min.y() && pole(Side::Bottom)) || (y.y() == d.max.y() && pole(Side::Top)))) ||
-               (x.x() == y.x() &&
-                ((y.x() == d.min.x() && pole(Side::Left)) || (y.x() == d.max.x() && pole(Side::Right))));
+    bool is_pole(int p, int a, int b) const {
+        return std::any_of(patches_[p].poles.begin(), patches_[p].poles.end(), [&](const std::array<int, 2>& pole) {
+            return (pole[0] == a && pole[1] == b) || (pole[0] == b && pole[1] == a);
+        });
     }
 
     bool cut_conflicts() {
@@ -188,7 +187,7 @@ class Assembly {
                     const int a = t[k], b = t[(k + 1) % 3];
                     if (mesh.number[a] != mesh.number[b]) continue;
                     vanishes = true;
-                    if (!pole_side(p, a, b)) conflicts.push_back({{mesh.number[a], mesh.number[b]}, p, {a, b}});
+                    if (!is_pole(p, a, b)) conflicts.push_back({{mesh.number[a], mesh.number[b]}, p, {a, b}});
                 }
                 if (vanishes) continue;
                 for (int k = 0; k < 3; ++k) {
@@ -255,7 +254,7 @@ class Assembly {
                 }
     }
 
-    const PatchModel& model_;
+    const SurfaceModel& model_;
     std::vector<PatchMesh> patches_;
     int shared_;  // vertices that patches share: the first ones
     int count_;
@@ -272,7 +271,7 @@ Vertex vertex_from(const Foot& foot) {
 }
 
 // True where the surface has several normals at a pole, as at the tip of a cone.
-bool is_tip(const PatchModel& model, int pole) {
+bool is_tip(const SurfaceModel& model, int pole) {
     constexpr double kCosine = 0.966;  // of 15 degrees, from which curves are creases
     const Eigen::Vector3d first = model.normal(model.on_curve(pole, 0, 0));
     for (const double t : {0.25, 0.5, 0.75, 1.0})
@@ -280,7 +279,7 @@ bool is_tip(const PatchModel& model, int pole) {
     return false;
 }
 
-std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& support, const ControlSpace& control,
+std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport& support, const ControlSpace& control,
                                    const SharedVertices& shared, const Assembly& assembly) {
     std::vector<Vertex> vertices(assembly.num_vertices());
     const int corners = static_cast<int>(model.vertices().size());
@@ -295,13 +294,15 @@ std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& 
     }
     for (int v = 0; v < corners; ++v) {
         const SurfacePoint at = model.vertices()[v].places.front();
-        vertices[v] = vertex_from(support.foot({at, -1, 0, control.locate(at)}));
-        vertices[v].bound = on_feature[v] ? Bound::Fixed : Bound::Free;
+        const bool fixed = on_feature[v] || model.vertices()[v].tip;
+        vertices[v] = vertex_from(support.foot({at, -1, 0, control.locate(at), fixed ? v : -1}));
+        vertices[v].bound = fixed ? Bound::Fixed : Bound::Free;
         if (const auto junction = support.junction(v)) {
             vertices[v] = vertex_from(support.foot(*junction));
             vertices[v].bound = Bound::Curve;
         }
-        if (on_crease[v] && vertices[v].bound == Bound::Fixed) vertices[v].lean = kAnyNormal;
+        if ((on_crease[v] || model.vertices()[v].tip) && vertices[v].bound == Bound::Fixed)
+            vertices[v].lean = kAnyNormal;
     }
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
         const bool feature = is_feature(model.curves()[c].kind);
@@ -321,7 +322,7 @@ std::vector<Vertex> place_vertices(const PatchModel& model, const PatchSupport& 
     return vertices;
 }
 
-void tag_features(const PatchModel& model, const PatchSupport& support, const SharedVertices& shared,
+void tag_features(const SurfaceModel& model, const PatchSupport& support, const SharedVertices& shared,
                   Connectivity& mesh) {
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
         if (!is_feature(model.curves()[c].kind)) continue;
@@ -335,7 +336,7 @@ void tag_features(const PatchModel& model, const PatchSupport& support, const Sh
 }
 
 // Every place of a vertex on a feature: one per side or corner that has it.
-std::vector<SurfacePoint> places_of(const PatchModel& model, const Vertex& v) {
+std::vector<SurfacePoint> places_of(const SurfaceModel& model, const Vertex& v) {
     std::vector<SurfacePoint> places;
     if (v.bound == Bound::Curve) {
         const ModelCurve& curve = model.curves()[v.place.curve];
@@ -343,18 +344,13 @@ std::vector<SurfacePoint> places_of(const PatchModel& model, const Vertex& v) {
         for (int use = 0; use < static_cast<int>(curve.uses.size()); ++use)
             places.push_back(model.on_curve(v.place.curve, use, v.place.t));
     }
-    if (v.bound == Bound::Fixed) {
-        const SurfacePoint& at = v.place.at;
-        const Domain d = model.patch(at.patch).domain();
-        const bool right = at.uv.x() == d.max.x(), top = at.uv.y() == d.max.y();
-        places = model.vertices()[model.corner_vertex(at.patch, top ? (right ? 2 : 3) : (right ? 1 : 0))].places;
-    }
+    if (v.bound == Bound::Fixed) places = model.vertices()[v.place.vertex].places;
     return places;
 }
 
 // The patch that all corners of a triangle lie on, all of them on features; of several the one that faces as the
 // triangle does.
-int common_patch(const PatchModel& model, const Vertex& a, const Vertex& b, const Vertex& c) {
+int common_patch(const SurfaceModel& model, const Vertex& a, const Vertex& b, const Vertex& c) {
     const Eigen::Vector3d facing = (b.p - a.p).cross(c.p - a.p);
     const std::array<std::vector<SurfacePoint>, 3> places{places_of(model, a), places_of(model, b),
                                                           places_of(model, c)};
@@ -374,7 +370,7 @@ int common_patch(const PatchModel& model, const Vertex& a, const Vertex& b, cons
 }
 
 // The patch under a triangle: that of all its corners, or the one its middle falls on.
-int patch_under(const PatchModel& model, const Support& support, const Vertex& a, const Vertex& b, const Vertex& c) {
+int patch_under(const SurfaceModel& model, const Support& support, const Vertex& a, const Vertex& b, const Vertex& c) {
     const auto inside = [](const Vertex& v) { return v.bound == Bound::Free; };
     if (inside(a) && inside(b) && inside(c) && a.place.at.patch == b.place.at.patch &&
         b.place.at.patch == c.place.at.patch)
@@ -389,7 +385,7 @@ int patch_under(const PatchModel& model, const Support& support, const Vertex& a
     return common_patch(model, a, b, c);
 }
 
-SurfaceMesh export_mesh(const PatchModel& model, const Support& support, const Editor& editor) {
+SurfaceMesh export_mesh(const SurfaceModel& model, const Support& support, const Editor& editor) {
     SurfaceMesh result;
     const Connectivity& mesh = editor.mesh();
     for (const Vertex& v : editor.vertices()) {
@@ -410,7 +406,7 @@ SurfaceMesh export_mesh(const PatchModel& model, const Support& support, const E
 
 }  // namespace
 
-RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const RemeshOptions& options) {
+RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, const RemeshOptions& options) {
     RemeshResult result;
     RemeshStatistics& statistics = result.statistics;
     statistics.predicted_triangles = check_estimate(control, options);

@@ -12,24 +12,6 @@ constexpr int kMostSteps = 8;        // Newton steps and crossings of patch bord
 constexpr double kNear2 = 1e-2;      // squared: a tenth of the way is near enough
 constexpr double kSingular = 1e-12;  // sin^2 of the angle between S_u and S_v below which the parameters are singular
 
-struct Exit {
-    double fraction = 1;  // of the step, at which the domain is left
-    Side side = Side::Bottom;
-    bool leaves = false;
-};
-
-Exit exit_of(const Domain& domain, const Eigen::Vector2d& uv, const Eigen::Vector2d& d) {
-    Exit exit;
-    const auto cut = [&](double room, double step, Side side) {
-        if (step > room && room < exit.fraction * step) exit = {std::max(0.0, room) / step, side, true};
-    };
-    cut(domain.max.x() - uv.x(), d.x(), Side::Right);
-    cut(uv.x() - domain.min.x(), -d.x(), Side::Left);
-    cut(domain.max.y() - uv.y(), d.y(), Side::Top);
-    cut(uv.y() - domain.min.y(), -d.y(), Side::Bottom);
-    return exit;
-}
-
 constexpr double kStraight = 0.966;  // cosine of 15 degrees: curves that meet within it continue each other
 
 }  // namespace
@@ -42,7 +24,8 @@ void between_sides(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Foot& foo
 }
 
 Foot PatchSupport::foot(Place place) const {
-    Foot foot{place, model_.position(place.at), model_.normal(place.at), 0};
+    Foot foot{place, place.curve >= 0 ? model_.curve_point(place.curve, place.t) : model_.position(place.at),
+              model_.normal(place.at), 0};
     foot.size = control_.size(foot.point, foot.place.cell);
     if (place.curve >= 0 && model_.curves()[place.curve].kind == CurveKind::Crease)
         between_sides(model_.normal(model_.on_curve(place.curve, 0, place.t)),
@@ -64,20 +47,15 @@ std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d&
         const double a = jet.du.dot(r), b = jet.dv.dot(r);
         const Eigen::Vector2d d{(G * a - F * b) / det, (E * b - F * a) / det};
         if (step > 0 && a * d.x() + b * d.y() <= kNear2 * goal2) break;
-        const Domain domain = patch->domain();
-        const Exit exit = exit_of(domain, at.uv, d);
-        if (!exit.leaves) {
+        const std::optional<SurfaceModel::Exit> exit = model_.exit(at, d);
+        if (!exit) {
             at.uv += d;
             jet = patch->jet1(at.uv);
             continue;
         }
-        const auto [curve, use] = model_.side_curve(at.patch, exit.side);
+        const auto [curve, use] = exit->use;
         if (model_.curves()[curve].kind != CurveKind::Smooth) return std::nullopt;
-        const Eigen::Vector2d border = at.uv + exit.fraction * d;
-        const int axis = along_u(exit.side) ? 0 : 1;
-        const double s =
-            std::clamp((border[axis] - domain.min[axis]) / (domain.max[axis] - domain.min[axis]), 0.0, 1.0);
-        at = model_.on_curve(curve, 1 - use, model_.curve_parameter(at.patch, exit.side, s));
+        at = model_.on_curve(curve, 1 - use, exit->t);
         patch = &model_.patch(at.patch);
         jet = patch->jet1(at.uv);
     }
@@ -91,13 +69,11 @@ std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d&
 
 // Unit tangent of a curve that leaves its start, or its end.
 Eigen::Vector3d PatchSupport::leaving(int curve, bool from_end) const {
-    const SurfacePoint at = model_.on_curve(curve, 0, from_end ? 1 : 0);
-    const Jet1 jet = model_.patch(at.patch).jet1(at.uv);
-    const Eigen::Vector3d along = (along_u(model_.curves()[curve].uses[0].side) ? jet.du : jet.dv).stableNormalized();
+    const Eigen::Vector3d along = model_.curve_jet(curve, from_end ? 1 : 0).d.stableNormalized();
     return from_end ? Eigen::Vector3d(-along) : along;
 }
 
-PatchSupport::PatchSupport(const PatchModel& model, const ControlSpace& control)
+PatchSupport::PatchSupport(const SurfaceModel& model, const ControlSpace& control)
     : model_(model), control_(control), links_(model.curves().size()), junctions_(model.vertices().size()) {
     link_curves();
 }
@@ -169,15 +145,10 @@ std::optional<Foot> PatchSupport::slide(const Place& from, const Eigen::Vector3d
     const double last = static_cast<double>(chains_[chain].curves.size());
     Place place = from;
     for (int step = 0; step < 2; ++step) {
-        const ParametricSurface& patch = model_.patch(place.at.patch);
-        const Domain domain = patch.domain();
-        const Jet1 jet = patch.jet1(place.at.uv);
-        const bool u = along_u(model_.curves()[place.curve].uses[0].side);
-        const Eigen::Vector3d tangent = u ? Eigen::Vector3d(jet.du * (domain.max.x() - domain.min.x()))
-                                          : Eigen::Vector3d(jet.dv * (domain.max.y() - domain.min.y()));
-        const double speed2 = tangent.squaredNorm();
+        const CurveJet jet = model_.curve_jet(place.curve, place.t);
+        const double speed2 = jet.d.squaredNorm();
         if (!(speed2 > 0)) return std::nullopt;
-        const double forward = std::clamp(tangent.dot(target - jet.p) / speed2, -0.5, 0.5);
+        const double forward = std::clamp(jet.d.dot(target - jet.p) / speed2, -0.5, 0.5);
         const double t = chain_parameter(place) + (links_[place.curve].reversed ? -forward : forward);
         if (!chains_[chain].closed && !(t > 0 && t < last)) return std::nullopt;
         place = on_chain(chain, t, from.cell);

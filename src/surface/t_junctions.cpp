@@ -5,25 +5,33 @@
 #include <set>
 #include <stdexcept>
 
-#include "side_trace.hpp"
+#include "trace.hpp"
 
 namespace gradus {
 namespace {
 
+struct BoundaryTrace {
+    const SurfaceModel* model;
+    int curve;
+
+    Eigen::Vector3d point(double t) const { return model->curve_point(curve, t); }
+    Eigen::Vector3d derivative(double t) const { return model->curve_jet(curve, t).d; }
+};
+
 struct BoundaryCurve {
     int curve;
-    SideTrace trace;
+    BoundaryTrace trace;
     Eigen::AlignedBox3d box;  ///< of samples, widened so as to hold the curve
 };
 
-std::vector<BoundaryCurve> boundary_of(const PatchModel& model, double tolerance) {
+std::vector<BoundaryCurve> boundary_of(const SurfaceModel& model, double tolerance) {
     std::vector<BoundaryCurve> result;
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
         const ModelCurve& curve = model.curves()[c];
         if (curve.kind != CurveKind::Boundary) continue;
-        BoundaryCurve b{c, {&model.patch(curve.uses[0].patch), curve.uses[0].side}, {}};
-        for (int k = 0; k <= side_pieces; ++k) b.box.extend(b.trace.point(static_cast<double>(k) / side_pieces));
-        const Eigen::Vector3d margin = Eigen::Vector3d::Constant(tolerance) + b.box.sizes() / side_pieces;
+        BoundaryCurve b{c, {&model, c}, {}};
+        for (int k = 0; k <= curve_pieces; ++k) b.box.extend(b.trace.point(static_cast<double>(k) / curve_pieces));
+        const Eigen::Vector3d margin = Eigen::Vector3d::Constant(tolerance) + b.box.sizes() / curve_pieces;
         b.box = Eigen::AlignedBox3d(b.box.min() - margin, b.box.max() + margin);
         result.push_back(b);
     }
@@ -32,7 +40,7 @@ std::vector<BoundaryCurve> boundary_of(const PatchModel& model, double tolerance
 
 }  // namespace
 
-std::vector<TJunction> find_t_junctions(const PatchModel& model, double tolerance) {
+std::vector<TJunction> find_t_junctions(const SurfaceModel& model, double tolerance) {
     if (!(tolerance > 0)) throw std::invalid_argument("find_t_junctions: tolerance must be positive");
     const double distance = tolerance * model.diagonal();
     const std::vector<BoundaryCurve> boundary = boundary_of(model, distance);

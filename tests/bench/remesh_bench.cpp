@@ -13,8 +13,8 @@ namespace {
 
 using namespace gradus;
 
-const PatchModel& teapot() {
-    static const PatchModel model = make_model(read_patches(std::string(GRADUS_ASSETS) + "/teapot.bpt"));
+const SurfaceModel& teapot() {
+    static const SurfaceModel model = make_model(read_patches(std::string(GRADUS_ASSETS) + "/teapot.bpt"));
     return model;
 }
 

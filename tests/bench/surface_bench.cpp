@@ -24,7 +24,7 @@ std::vector<Eigen::Vector2d> places() {
 /// Calls evaluate(model, place) for many places; one item is one place.
 template <class Evaluate>
 void over_places(benchmark::State& state, const Evaluate& evaluate) {
-    const PatchModel model = make_model(teapot_file());
+    const SurfaceModel model = make_model(teapot_file());
     const std::vector<Eigen::Vector2d> uv = places();
     for (auto _ : state)
         for (const Eigen::Vector2d& x : uv) benchmark::DoNotOptimize(evaluate(model, SurfacePoint{4, x}));
@@ -32,20 +32,20 @@ void over_places(benchmark::State& state, const Evaluate& evaluate) {
 }
 
 void teapot_position(benchmark::State& state) {
-    over_places(state, [](const PatchModel& m, const SurfacePoint& at) { return m.position(at); });
+    over_places(state, [](const SurfaceModel& m, const SurfacePoint& at) { return m.position(at); });
 }
 void teapot_jet1(benchmark::State& state) {
-    over_places(state, [](const PatchModel& m, const SurfacePoint& at) { return m.patch(at.patch).jet1(at.uv); });
+    over_places(state, [](const SurfaceModel& m, const SurfacePoint& at) { return m.patch(at.patch).jet1(at.uv); });
 }
 void teapot_jet2(benchmark::State& state) {
-    over_places(state, [](const PatchModel& m, const SurfacePoint& at) { return m.patch(at.patch).jet2(at.uv); });
+    over_places(state, [](const SurfaceModel& m, const SurfacePoint& at) { return m.patch(at.patch).jet2(at.uv); });
 }
 void teapot_normal(benchmark::State& state) {
-    over_places(state, [](const PatchModel& m, const SurfacePoint& at) { return m.normal(at); });
+    over_places(state, [](const SurfaceModel& m, const SurfacePoint& at) { return m.normal(at); });
 }
 void teapot_minimal_radius(benchmark::State& state) {
     over_places(state,
-                [](const PatchModel& m, const SurfacePoint& at) { return minimal_radius(m.patch(at.patch), at.uv); });
+                [](const SurfaceModel& m, const SurfacePoint& at) { return minimal_radius(m.patch(at.patch), at.uv); });
 }
 
 void teapot_gluing(benchmark::State& state) {

@@ -247,7 +247,7 @@ TEST_CASE("faults of files are named with file and line, and nothing is written"
     fails("empty.bpt", "", "empty.bpt");
     std::string flat = "1\n3 3\n";
     for (int i = 0; i < 16; ++i) flat += std::to_string(i) + " 0 0\n";
-    fails("line.bpt", flat, "line.bpt: PatchModel: patch 0 has zero area");
+    fails("line.bpt", flat, "line.bpt: patch 0 has zero area");
     check_failure(run(hill.folder, "remesh missing.bpt -o x.obj"), 1, "missing.bpt: ");
 
     spill(hill.folder / "wrong.sol", "MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n3\n1 1\n1\n1\n1\nEnd\n");

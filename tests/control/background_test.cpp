@@ -24,7 +24,7 @@ SizingRule proportional(double alpha, double hmin, double hmax) {
 }
 
 /// Largest distance of a vertex from the surface point at its parameters, over all corners.
-double gap(const PatchModel& model, const Background& background) {
+double gap(const SurfaceModel& model, const Background& background) {
     const auto triangles = triangles_of(background.mesh);
     const auto points = points_of(background.mesh);
     double largest = 0;
@@ -47,7 +47,7 @@ TEST_CASE("The background of every kind of model has its topology, its points on
           "[control][property]") {
     for (const models::Kind& kind : models::zoo()) {
         CAPTURE(kind.name);
-        const PatchModel model = kind.make();
+        const SurfaceModel model = kind.make();
         const SizingRule rule = proportional(0.3, 0.2 * kind.size, 4 * kind.size);
         const SizedBackground sized = make_background(model, rule);
         CHECK(sized.resolved);
@@ -82,7 +82,7 @@ TEST_CASE("The size map is represented to its tolerance anywhere", "[control][pr
         for (const double tolerance : {0.2, 0.05}) {
             CAPTURE(name, tolerance);
             const models::Kind kind = models::kind_of(name);
-            const PatchModel model = kind.make();
+            const SurfaceModel model = kind.make();
             const SizingRule rule = proportional(0.3, 0.05 * kind.size, 4 * kind.size);
             const SizedBackground sized = make_background(model, rule, {.size_tolerance = tolerance, .finest = 0.05});
             const ControlSpace space(sized.background, sized.sizes);
@@ -110,7 +110,7 @@ TEST_CASE("The size map is represented to its tolerance anywhere", "[control][pr
 
 TEST_CASE("Prescribed sizes are met at their points", "[control][exact]") {
     const models::Kind kind = models::kind_of("sphere of octants");
-    const PatchModel model = kind.make();
+    const SurfaceModel model = kind.make();
     SizingRule rule = proportional(0.3, 0, 1);
     const Eigen::Vector3d first = model.position({2, {0.4, 0.3}}), second = model.position({6, {0.1, 0.8}});
     rule.at = {{first, 0.01}, {second, 0.05}};
@@ -135,13 +135,13 @@ TEST_CASE("Prescribed sizes are met at their points", "[control][exact]") {
 
 TEST_CASE("Sizes by the rule are those of the sphere", "[control][exact]") {
     const double radius = GENERATE(1e-6, 1., 1e6);
-    const PatchModel model = models::model_of(models::sphere_octants(radius));
+    const SurfaceModel model = models::model_of(models::sphere_octants(radius));
     const SizedBackground sized = make_background(model, proportional(0.3, 0, 1e9));
     for (const double h : sized.sizes) CHECK(h == Approx(0.3 * radius).epsilon(1e-6));
 }
 
 TEST_CASE("The background is refused beyond its number of triangles, and for bad options", "[control]") {
-    const PatchModel model = models::kind_of("bump").make();
+    const SurfaceModel model = models::kind_of("bump").make();
     const SizingRule rule = proportional(0.3, 0, 1);
     const SizedBackground stopped =
         make_background(model, rule, {.size_tolerance = 1e-4, .finest = 0.01, .max_triangles = 5000});
@@ -158,7 +158,7 @@ TEST_CASE("The background is refused beyond its number of triangles, and for bad
 TEST_CASE("A background goes to a file and comes back, with its parameters and without", "[control][property]") {
     for (const models::Kind& kind : models::zoo()) {
         CAPTURE(kind.name);
-        const PatchModel model = kind.make();
+        const SurfaceModel model = kind.make();
         const SizedBackground sized = make_background(model, proportional(0.3, 0.5 * kind.size, 4 * kind.size));
         if (sized.background.mesh.n_faces() > 5000) continue;
         TriangleSoup soup = soup_from_background(sized.background);
@@ -191,7 +191,7 @@ TEST_CASE("A background goes to a file and comes back, with its parameters and w
 }
 
 TEST_CASE("A file's vertex off its patch is refused by number", "[control]") {
-    const PatchModel model = models::model_of({models::flat_square()});
+    const SurfaceModel model = models::model_of({models::flat_square()});
     const SizedBackground sized = make_background(model, proportional(0.3, 0, 1));
     TriangleSoup soup = soup_from_background(sized.background);
     soup.parameters.clear();
@@ -201,7 +201,7 @@ TEST_CASE("A file's vertex off its patch is refused by number", "[control]") {
 }
 
 TEST_CASE("Cutting for gradation leaves no long edge between unequal sizes", "[control][property]") {
-    const PatchModel model = models::kind_of("sphere of octants").make();
+    const SurfaceModel model = models::kind_of("sphere of octants").make();
     SizingRule rule = proportional(0.3, 0, 1);
     rule.at = {{model.position({2, {0.4, 0.3}}), 0.02}};
     SizedBackground sized = make_background(model, rule);
@@ -223,7 +223,7 @@ TEST_CASE("Cutting for gradation leaves no long edge between unequal sizes", "[c
 }
 
 TEST_CASE("Sizes far too small for a mesh are refused before the background is refined", "[control]") {
-    const PatchModel model = models::model_of({models::bump()});
+    const SurfaceModel model = models::model_of({models::bump()});
     CHECK_THROWS_AS(make_background(model, {.value = 1e-6, .hmax = 1e-6}, {.max_unit_triangles = 1e6}),
                     std::length_error);
     CHECK_NOTHROW(make_background(model, {.value = 0.3, .hmin = 0.05, .hmax = 1}, {.max_unit_triangles = 1e6}));

@@ -19,7 +19,7 @@ struct Mapped {
     std::vector<double> sizes;
 };
 
-Mapped mapped(const PatchModel& model, const std::function<double(const Eigen::Vector3d&)>& size) {
+Mapped mapped(const SurfaceModel& model, const std::function<double(const Eigen::Vector3d&)>& size) {
     SizingRule rule;
     rule.hmax = model.diagonal() / 10;
     Mapped result{make_background(model, rule).background, {}};
@@ -29,7 +29,7 @@ Mapped mapped(const PatchModel& model, const std::function<double(const Eigen::V
 
 double linear(const Eigen::Vector3d& p) { return 0.1 * (4 + p.x() - 0.5 * p.y()); }
 
-SurfacePoint random_place(const PatchModel& model, std::mt19937& random) {
+SurfacePoint random_place(const SurfaceModel& model, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(0, 1);
     const int patch = static_cast<int>(random() % model.num_patches());
     const Domain d = model.patch(patch).domain();
@@ -49,7 +49,7 @@ Eigen::Vector3d random_point_of(const std::vector<Eigen::Vector3d>& points, cons
 }  // namespace
 
 TEST_CASE("Linear sizes are reproduced in the plane, by place and by point", "[control][exact]") {
-    const PatchModel model = models::model_of({models::flat_square()});
+    const SurfaceModel model = models::model_of({models::flat_square()});
     const Mapped map = mapped(model, linear);
     const ControlSpace space(map.background, map.sizes);
     std::mt19937 random(1);
@@ -65,7 +65,7 @@ TEST_CASE("Linear sizes are reproduced in the plane, by place and by point", "[c
 }
 
 TEST_CASE("The predicted count is the integral of the density", "[control][exact]") {
-    const PatchModel model = models::model_of({models::flat_square()});
+    const SurfaceModel model = models::model_of({models::flat_square()});
     const double ideal = std::sqrt(3.0) / 4;
     const Mapped constant = mapped(model, [](const Eigen::Vector3d&) { return 0.02; });
     CHECK(ControlSpace(constant.background, constant.sizes).predicted_triangles() ==
@@ -103,7 +103,7 @@ TEST_CASE("A walk from far away and one from near end at the same size", "[contr
     // sheet.
     for (const std::string name : {"bump", "sphere of octants", "sphere with seam", "cylinder", "torus", "wavy sheet"})
         DYNAMIC_SECTION(name) {
-            const PatchModel model = models::kind_of(name).make();
+            const SurfaceModel model = models::kind_of(name).make();
             const Mapped map = mapped(model, linear);
             const ControlSpace space(map.background, map.sizes);
             std::mt19937 random(2);
@@ -123,7 +123,7 @@ TEST_CASE("A walk from far away and one from near end at the same size", "[contr
 TEST_CASE("The size at a vertex is the one given, from every patch around it", "[control][property]") {
     for (const models::Kind& kind : models::zoo()) {
         CAPTURE(kind.name);
-        const PatchModel model = kind.make();
+        const SurfaceModel model = kind.make();
         const Mapped map = mapped(
             model, [](const Eigen::Vector3d& p) { return 1 + 0.3 * std::sin(7 * p.x() + 5 * p.y() + 3 * p.z()); });
         const ControlSpace space(map.background, map.sizes);
@@ -145,7 +145,7 @@ TEST_CASE("The size at a vertex is the one given, from every patch around it", "
 }
 
 TEST_CASE("Sizes that cannot be used are refused", "[control]") {
-    const PatchModel model = models::model_of({models::flat_square()});
+    const SurfaceModel model = models::model_of({models::flat_square()});
     Mapped map = mapped(model, linear);
     std::vector<double> sizes = map.sizes;
     for (const double bad :

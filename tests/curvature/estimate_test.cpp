@@ -177,7 +177,7 @@ TEST_CASE("radii of a torus of 10000 irregular vertices are right, also under no
 }
 
 TEST_CASE("radii of a sampled teapot converge to those of its patches", "[converges]") {
-    const PatchModel model = models::teapot();
+    const SurfaceModel model = models::teapot();
     const auto errors = [&](int n) {
         std::vector<double> result;
         for (int p = 0; p < model.num_patches(); ++p) {

@@ -5,7 +5,7 @@
 #include <gradus/remesh/parametric.hpp>
 
 int main() {
-    const gradus::PatchModel model = gradus::make_model(gradus::read_patches("teapot.bpt"));
+    const gradus::SurfaceModel model = gradus::make_model(gradus::read_patches("teapot.bpt"));
     gradus::SizedBackground sized = gradus::make_background(model, {.value = 0.3, .hmin = 0.05, .hmax = 0.5});
     gradus::grade(sized.background.mesh, sized.sizes, {.shock = 1.5});
     const gradus::ControlSpace control(sized.background, sized.sizes);

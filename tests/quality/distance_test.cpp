@@ -1,7 +1,7 @@
 #include "gradus/quality/distance.hpp"
 
 #include "gradus/io/patch_files.hpp"
-#include "gradus/quality/project.hpp"
+#include "gradus/surface/locate.hpp"
 #include "quality/surfaces.hpp"
 
 #include <catch2/catch.hpp>
@@ -18,7 +18,7 @@ std::unique_ptr<const ParametricSurface> unit_square(double x) { return make_pla
 
 /// Largest distances by a formula for the distance to the surface.
 template <class Distance>
-void check_against(const PatchModel& model, const PlacedTriangles& mesh, const Distance& distance) {
+void check_against(const SurfaceModel& model, const PlacedTriangles& mesh, const Distance& distance) {
     const MeshEdges edges = edges_of(mesh.view());
     const DistanceReport report = measure_distance(model, mesh.placed(), edges);
     double midpoint = 0, centroid = 0;
@@ -36,23 +36,23 @@ void check_against(const PatchModel& model, const PlacedTriangles& mesh, const D
 
 TEST_CASE("distance to a sphere is the gap below its radius, across the seam and at the poles too",
           "[quality][exact]") {
-    const PatchModel model = model_of(make_sphere({1, 2, 3}, 2));
+    const SurfaceModel model = model_of(make_sphere({1, 2, 3}, 2));
     const int n = GENERATE(6, 20);
     check_against(model, mesh_of(model, n, n / 2),
                   [](const Vector3d& p) { return std::abs((p - Vector3d(1, 2, 3)).norm() - 2); });
 }
 
 TEST_CASE("distance to a torus and to a cylinder has a closed form", "[quality][exact]") {
-    const PatchModel torus_model = model_of(make_torus({0, 0, 0}, 3, 1));
+    const SurfaceModel torus_model = model_of(make_torus({0, 0, 0}, 3, 1));
     check_against(torus_model, mesh_of(torus_model, 24, 12),
                   [](const Vector3d& p) { return std::abs(std::hypot(std::hypot(p[0], p[1]) - 3, p[2]) - 1); });
-    const PatchModel cylinder = model_of(make_cylinder({0, 0, 0}, 1, 4));
+    const SurfaceModel cylinder = model_of(make_cylinder({0, 0, 0}, 1, 4));
     check_against(cylinder, mesh_of(cylinder, 12, 5),
                   [](const Vector3d& p) { return std::abs(std::hypot(p[0], p[1]) - 1); });
 }
 
 TEST_CASE("the gap of midpoints shrinks with the square of the edges", "[quality][converges]") {
-    const PatchModel model = model_of(make_torus({0, 0, 0}, 3, 1));
+    const SurfaceModel model = model_of(make_torus({0, 0, 0}, 3, 1));
     const auto gap = [&](int n) {
         const PlacedTriangles mesh = mesh_of(model, 2 * n, n);
         return measure_distance(model, mesh.placed(), edges_of(mesh.view())).midpoints.max;
@@ -64,7 +64,7 @@ TEST_CASE("a triangle across a shared curve finds the surface on both sides", "[
     std::vector<std::unique_ptr<const ParametricSurface>> squares;
     squares.push_back(unit_square(0));
     squares.push_back(unit_square(1));
-    const PatchModel model(std::move(squares));
+    const SurfaceModel model = glue(std::move(squares));
     // The corners lie inside different patches; midpoints and centroids are found across the curve x = 1.
     PlacedTriangles mesh;
     mesh.places = {{0, {.5, .5}}, {1, {.9, .2}}, {1, {.7, .8}}};
@@ -80,7 +80,7 @@ TEST_CASE("a triangle across a shared curve finds the surface on both sides", "[
 }
 
 TEST_CASE("a foot beyond a pole is found from anywhere near it", "[quality]") {
-    const PatchModel model = model_of(make_sphere({0, 0, 0}, 1));
+    const SurfaceModel model = model_of(make_sphere({0, 0, 0}, 1));
     const double longitude = GENERATE(.1, 1.7, 3.3, 6.2), target = GENERATE(.4, 2., 4.4);
     const Vector3d foot(std::cos(target) * std::cos(1.5), std::sin(target) * std::cos(1.5), std::sin(1.5));
     CHECK(project(model, 1.1 * foot, {0, {longitude, 1.45}}).distance == Approx(.1));
@@ -89,7 +89,7 @@ TEST_CASE("a foot beyond a pole is found from anywhere near it", "[quality]") {
 
 TEST_CASE("normals of a mesh of a sphere lean by half an edge, and all the way round when turned inside out",
           "[quality]") {
-    const PatchModel model = model_of(make_sphere({0, 0, 0}, 1));
+    const SurfaceModel model = model_of(make_sphere({0, 0, 0}, 1));
     PlacedTriangles mesh = mesh_of(model, 40, 20);
     NormalReport report = measure_normals(model, mesh.placed());
     CHECK(report.over_45 == 0);
@@ -107,7 +107,7 @@ TEST_CASE("a triangle at a crease is compared with its own side", "[quality]") {
     std::vector<std::unique_ptr<const ParametricSurface>> sides;
     sides.push_back(make_plane({0, 0, 0}, {1, 0, 0}, {0, 1, 0}));
     sides.push_back(make_plane({0, 0, 0}, {0, 1, 0}, {0, 0, 1}));
-    const PatchModel model(std::move(sides));
+    const SurfaceModel model = glue(std::move(sides));
     REQUIRE(model.num_components() == 1);
     PlacedTriangles mesh = mesh_of(model, 4, 4);
     CHECK(measure_normals(model, mesh.placed()).angle.max == Approx(0).margin(1e-9));
@@ -116,7 +116,7 @@ TEST_CASE("a triangle at a crease is compared with its own side", "[quality]") {
 }
 
 TEST_CASE("displaced vertices are as far off as they were moved", "[quality][exact]") {
-    const PatchModel model = model_of(make_sphere({0, 0, 0}, 1));
+    const SurfaceModel model = model_of(make_sphere({0, 0, 0}, 1));
     PlacedTriangles mesh = mesh_of(model, 20, 10);
     mesh.points[77] *= 1.01;
     const DistanceReport report = measure_distance(model, mesh.placed(), edges_of(mesh.view()));
@@ -125,7 +125,7 @@ TEST_CASE("displaced vertices are as far off as they were moved", "[quality][exa
 }
 
 TEST_CASE("a mesh of the teapot is measured across its curves and poles", "[quality]") {
-    const PatchModel model = make_model(read_patches(GRADUS_ASSETS "/teapot.bpt"));
+    const SurfaceModel model = make_model(read_patches(GRADUS_ASSETS "/teapot.bpt"));
     const PlacedTriangles mesh = mesh_of(model, 6, 6);
     const MeshEdges edges = edges_of(mesh.view());
     const DistanceReport report = measure_distance(model, mesh.placed(), edges);
@@ -150,7 +150,7 @@ TEST_CASE("a mesh of the teapot is measured across its curves and poles", "[qual
 }
 
 TEST_CASE("places must fit the mesh and the model", "[quality]") {
-    const PatchModel model = model_of(unit_square(0));
+    const SurfaceModel model = model_of(unit_square(0));
     PlacedTriangles mesh = mesh_of(model, 2, 2);
     mesh.places[3].patch = 7;
     CHECK_THROWS_WITH(measure_distance(model, mesh.placed(), edges_of(mesh.view())),

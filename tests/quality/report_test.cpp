@@ -18,7 +18,7 @@ TEST_CASE("what is not given is not measured", "[quality]") {
 }
 
 TEST_CASE("the text of a report names what was measured and stays narrow", "[quality]") {
-    const PatchModel model = model_of(make_sphere({0, 0, 0}, 1));
+    const SurfaceModel model = model_of(make_sphere({0, 0, 0}, 1));
     const PlacedTriangles mesh = mesh_of(model, 16, 8);
     const std::vector<double> sizes(mesh.points.size(), .4);
     MeshReport report =

@@ -5,6 +5,7 @@
 #include "quality/meshes.hpp"
 
 #include "gradus/surface/analytic.hpp"
+#include "gradus/surface/glue.hpp"
 
 #include <map>
 
@@ -16,15 +17,15 @@ struct PlacedTriangles : Mesh {
     PlacedMesh placed() const { return {view(), places, patches}; }
 };
 
-inline PatchModel model_of(std::unique_ptr<const ParametricSurface> surface) {
+inline SurfaceModel model_of(std::unique_ptr<const ParametricSurface> surface) {
     std::vector<std::unique_ptr<const ParametricSurface>> patches;
     patches.push_back(std::move(surface));
-    return PatchModel(std::move(patches));
+    return glue(std::move(patches));
 }
 
 /// n x m quads on every patch, split into triangles with the outside counter-clockwise; vertices of a component at one
 /// point are merged and keep their first place, triangles that collapse at poles are left out.
-inline PlacedTriangles mesh_of(const PatchModel& model, int n, int m) {
+inline PlacedTriangles mesh_of(const SurfaceModel& model, int n, int m) {
     PlacedTriangles mesh;
     std::map<std::array<long long, 4>, int> known;
     const double cell = 1e-7 * model.diagonal();

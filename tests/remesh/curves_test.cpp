@@ -13,7 +13,7 @@ using namespace gradus::testing;
 namespace {
 
 /// Metric length of a piece of a curve, by many small chords.
-double metric_length_of(const PatchModel& model, const ControlSpace& control, int curve, double t0, double t1) {
+double metric_length_of(const SurfaceModel& model, const ControlSpace& control, int curve, double t0, double t1) {
     constexpr int n = 400;
     double length = 0;
     int cell = control.locate(model.on_curve(curve, 0, t0));
@@ -30,7 +30,7 @@ TEST_CASE("Curves are cut into pieces of equal metric length, as near to 1 as a 
           "[remesh][property]") {
     for (const models::Kind& kind : models::zoo()) {
         CAPTURE(kind.name);
-        const PatchModel model = kind.make();
+        const SurfaceModel model = kind.make();
         const SizedBackground sized = graded_background(model, kind.size);
         const ControlSpace control(sized.background, sized.sizes);
         const auto cuts = discretise_curves(model, control);
@@ -60,14 +60,14 @@ TEST_CASE("Curves are cut into pieces of equal metric length, as near to 1 as a 
 }
 
 TEST_CASE("A straight side of uniform size is cut evenly", "[remesh][exact]") {
-    const PatchModel model = models::model_of({models::flat_square()});
+    const SurfaceModel model = models::model_of({models::flat_square()});
     const SizedBackground sized = uniform_background(model, 0.1);
     for (const auto& t : discretise_curves(model, ControlSpace(sized.background, sized.sizes))) {
         REQUIRE(t.size() == 11);
         for (int i = 0; i <= 10; ++i) CHECK(t[i] == Approx(i / 10.0).margin(1e-6));
     }
     // The uneven parametrisation has the same points in space.
-    const PatchModel uneven = models::model_of({models::uneven_square()});
+    const SurfaceModel uneven = models::model_of({models::uneven_square()});
     const SizedBackground of_uneven = uniform_background(uneven, 0.1);
     const auto cuts = discretise_curves(uneven, ControlSpace(of_uneven.background, of_uneven.sizes));
     for (int c = 0; c < 4; ++c) {
@@ -82,7 +82,7 @@ TEST_CASE("A straight side of uniform size is cut evenly", "[remesh][exact]") {
 TEST_CASE("However large the sizes, loops and seams stay polygons", "[remesh][property]") {
     for (const models::Kind& kind : models::zoo()) {
         CAPTURE(kind.name);
-        const PatchModel model = kind.make();
+        const SurfaceModel model = kind.make();
         const SizedBackground sized = uniform_background(model, 1000 * kind.size);
         const auto cuts = discretise_curves(model, ControlSpace(sized.background, sized.sizes));
         for (std::size_t c = 0; c < cuts.size(); ++c) {

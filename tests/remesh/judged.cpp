@@ -1,6 +1,6 @@
 #include "remesh/judged.hpp"
 
-#include "gradus/quality/project.hpp"
+#include "gradus/surface/locate.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -10,30 +10,27 @@ namespace gradus::testing {
 
 namespace {
 
-/// True where the place lies exactly on a side of its patch that is a feature.
-bool on_feature(const PatchModel& model, const SurfacePoint& at) {
-    const Domain d = model.patch(at.patch).domain();
-    const bool on[4] = {at.uv.y() == d.min.y(), at.uv.x() == d.max.x(), at.uv.y() == d.max.y(), at.uv.x() == d.min.x()};
-    for (int s = 0; s < 4; ++s)
-        if (on[s] && is_feature(model, model.side_curve(at.patch, static_cast<Side>(s)).curve)) return true;
-    return false;
+/// True where the place lies on a curve of its patch that is a feature.
+bool on_feature(const SurfaceModel& model, const SurfacePoint& at) {
+    const auto border = model.border_at(at, 1e-15);
+    return std::any_of(border.begin(), border.end(), [&](const auto& on) { return is_feature(model, on.use.curve); });
 }
 
-bool has_place_on_feature(const PatchModel& model, const SurfacePoint& at) {
+bool has_place_on_feature(const SurfaceModel& model, const SurfacePoint& at) {
     const auto places = places_of(model, at);
     return std::any_of(places.begin(), places.end(),
                        [&](const SurfacePoint& place) { return on_feature(model, place); });
 }
 
 /// Direction in which a curve leaves one of its ends.
-Eigen::Vector3d leaving(const PatchModel& model, int curve, bool from_end) {
+Eigen::Vector3d leaving(const SurfaceModel& model, int curve, bool from_end) {
     const auto point = [&](double t) { return model.position(model.on_curve(curve, 0, t)); };
     return (from_end ? Eigen::Vector3d(point(1 - 1e-6) - point(1)) : Eigen::Vector3d(point(1e-6) - point(0)))
         .normalized();
 }
 
 /// Vertices where feature curves end or meet, other than two that continue each other.
-std::vector<int> corners_of(const PatchModel& model) {
+std::vector<int> corners_of(const SurfaceModel& model) {
     std::vector<std::vector<Eigen::Vector3d>> directions(model.vertices().size());
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c)
         if (is_feature(model, c))
@@ -55,12 +52,12 @@ Eigen::Vector3d unit_normal(const SurfaceMesh& mesh, int t) {
 
 }  // namespace
 
-bool is_feature(const PatchModel& model, int curve) {
+bool is_feature(const SurfaceModel& model, int curve) {
     const CurveKind kind = model.curves()[curve].kind;
     return kind == CurveKind::Boundary || kind == CurveKind::Crease;
 }
 
-Judged judge(const models::Kind& kind, const PatchModel& model, RemeshResult result) {
+Judged judge(const models::Kind& kind, const SurfaceModel& model, RemeshResult result) {
     Judged judged;
     judged.mesh = std::move(result.mesh);
     judged.statistics = std::move(result.statistics);
@@ -101,7 +98,7 @@ Judged judge(const models::Kind& kind, const PatchModel& model, RemeshResult res
     return judged;
 }
 
-Judged remesh_and_judge(const models::Kind& kind, const PatchModel& model, const SizedBackground& sized,
+Judged remesh_and_judge(const models::Kind& kind, const SurfaceModel& model, const SizedBackground& sized,
                         const RemeshOptions& options) {
     return judge(kind, model, remesh(model, ControlSpace(sized.background, sized.sizes), options));
 }

@@ -9,7 +9,7 @@
 
 namespace gradus::testing {
 
-inline SizedBackground uniform_background(const PatchModel& model, double h) {
+inline SizedBackground uniform_background(const SurfaceModel& model, double h) {
     SizingRule rule;
     rule.hmin = rule.hmax = h;
     return make_background(model, rule);
@@ -17,7 +17,7 @@ inline SizedBackground uniform_background(const PatchModel& model, double h) {
 
 /// Sizes that grow by `shock` from h / 10 at a spot of the first patch to at most 4 h, less where the surface is more
 /// curved.
-inline SizedBackground graded_background(const PatchModel& model, double h, double shock = 1.5) {
+inline SizedBackground graded_background(const SurfaceModel& model, double h, double shock = 1.5) {
     const Domain d = model.patch(0).domain();
     const Eigen::Vector2d spot = d.min + Eigen::Vector2d(0.3, 0.6).cwiseProduct(d.max - d.min);
     SizedBackground sized = make_background(
@@ -50,9 +50,9 @@ struct Judged {
     }
 };
 
-bool is_feature(const PatchModel& model, int curve);
-Judged judge(const models::Kind& kind, const PatchModel& model, RemeshResult result);
-Judged remesh_and_judge(const models::Kind& kind, const PatchModel& model, const SizedBackground& sized,
+bool is_feature(const SurfaceModel& model, int curve);
+Judged judge(const models::Kind& kind, const SurfaceModel& model, RemeshResult result);
+Judged remesh_and_judge(const models::Kind& kind, const SurfaceModel& model, const SizedBackground& sized,
                         const RemeshOptions& options = {});
 
 }  // namespace gradus::testing

@@ -13,7 +13,7 @@ using namespace gradus::testing;
 namespace {
 
 /// What holds for any sizes, however coarse.
-void check_faithful(const models::Kind& kind, const PatchModel& model, const Judged& judged) {
+void check_faithful(const models::Kind& kind, const SurfaceModel& model, const Judged& judged) {
     CHECK(judged.right_topology(kind));
     CHECK(judged.misplaced == 0);
     CHECK(judged.off_surface <= 1e-12 * model.diagonal());
@@ -59,7 +59,7 @@ bool same_bits(const SurfaceMesh& a, const SurfaceMesh& b) {
 TEST_CASE("Every kind of model gets a faithful unit mesh of uniform size", "[remesh][property]") {
     for (const std::string& name : names()) DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
-            const PatchModel model = kind.make();
+            const SurfaceModel model = kind.make();
             const Judged judged = remesh_and_judge(kind, model, uniform_background(model, kind.size));
             check_faithful(kind, model, judged);
             check_good(kind, judged);
@@ -69,7 +69,7 @@ TEST_CASE("Every kind of model gets a faithful unit mesh of uniform size", "[rem
 TEST_CASE("Every kind of model gets a faithful unit mesh of graded sizes", "[remesh][property]") {
     for (const std::string& name : names()) DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
-            const PatchModel model = kind.make();
+            const SurfaceModel model = kind.make();
             // Sizes of four times `size` are wider than the sliver.
             const double size = name == "sliver" ? kind.size / 4 : kind.size;
             const Judged judged = remesh_and_judge(kind, model, graded_background(model, size));
@@ -83,7 +83,7 @@ TEST_CASE("Every kind of model gets a faithful unit mesh of graded sizes", "[rem
 TEST_CASE("Sizes as large as the model and larger still give its topology", "[remesh][property]") {
     for (const std::string& name : names()) DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
-            const PatchModel model = kind.make();
+            const SurfaceModel model = kind.make();
             for (const double factor : {4., 8., 20.}) {
                 CAPTURE(factor);
                 const Judged judged = remesh_and_judge(kind, model, uniform_background(model, factor * kind.size));
@@ -97,7 +97,7 @@ TEST_CASE("A fine mesh has as many triangles as predicted", "[remesh][converges]
                                    "cylinder", "differing parameters"})
         DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
-            const PatchModel model = kind.make();
+            const SurfaceModel model = kind.make();
             const Judged judged =
                 remesh_and_judge(kind, model, uniform_background(model, 0.4 * kind.size), {.fast = true});
             check_faithful(kind, model, judged);
@@ -116,7 +116,7 @@ TEST_CASE("A model of any scale gets the mesh of its own size", "[remesh][proper
                                       : name == "sphere" ? models::sphere_octants()
                                       : name == "wavy"   ? models::wavy_sheet(3)
                                                          : models::mixed_degrees();
-            const PatchModel unit = models::model_of(nets), model = models::model_of(models::scaled(nets, scale));
+            const SurfaceModel unit = models::model_of(nets), model = models::model_of(models::scaled(nets, scale));
             models::Kind kind{.name = name, .size = 0.1, .loops = name == "cube" || name == "sphere" ? 0 : 1};
             const Judged reference = remesh_and_judge(kind, unit, graded_background(unit, kind.size));
             const Judged judged = remesh_and_judge(kind, model, graded_background(model, kind.size * scale));
@@ -135,7 +135,7 @@ TEST_CASE("A model far from the origin is meshed as well", "[remesh][property]")
         return models::model_of(
             models::mapped(nets, [&](const Eigen::Vector3d& p) -> Eigen::Vector3d { return p + far; }));
     };
-    const PatchModel cube = moved(models::cube()), sphere = moved(models::sphere_octants());
+    const SurfaceModel cube = moved(models::cube()), sphere = moved(models::sphere_octants());
     models::Kind kind{.name = "cube", .area = 6, .size = 0.15};
     const Judged of_cube = remesh_and_judge(kind, cube, graded_background(cube, kind.size));
     check_faithful(kind, cube, of_cube);
@@ -150,10 +150,10 @@ TEST_CASE("A model far from the origin is meshed as well", "[remesh][property]")
 TEST_CASE("The parametrisation does not show in the mesh", "[remesh][property]") {
     // The same surface in eight parametrisations, and stretched ones: counts and shapes agree.
     const models::Kind kind = models::kind_of("bump");
-    const PatchModel plain = kind.make();
+    const SurfaceModel plain = kind.make();
     const Judged reference = remesh_and_judge(kind, plain, graded_background(plain, kind.size));
     for (int k = 1; k < 8; ++k) {
-        const PatchModel model = models::model_of({models::turned(models::bump(), k)});
+        const SurfaceModel model = models::model_of({models::turned(models::bump(), k)});
         // The spot lies elsewhere in other parameters: take the uniform map.
         const Judged judged = remesh_and_judge(kind, model, uniform_background(model, kind.size));
         const Judged uniform = remesh_and_judge(kind, plain, uniform_background(plain, kind.size));
@@ -162,7 +162,7 @@ TEST_CASE("The parametrisation does not show in the mesh", "[remesh][property]")
     }
     for (const double stretch : {1e-3, 1e3}) {
         const models::Kind sphere = models::kind_of("sphere with seam");
-        const PatchModel model = models::model_of(models::stretched_sphere(stretch));
+        const SurfaceModel model = models::model_of(models::stretched_sphere(stretch));
         const Judged judged = remesh_and_judge(sphere, model, uniform_background(model, sphere.size));
         check_faithful(sphere, model, judged);
         check_good(sphere, judged);
@@ -178,7 +178,7 @@ TEST_CASE("A seam gives the mesh that several patches give", "[remesh][property]
     std::array<double, 2> count, mean;
     for (int i = 0; i < 2; ++i) {
         const models::Kind kind = models::kind_of(pair[i]);
-        const PatchModel model = kind.make();
+        const SurfaceModel model = kind.make();
         const Judged judged = remesh_and_judge(kind, model, uniform_background(model, kind.size));
         count[i] = static_cast<double>(judged.mesh.triangles.size());
         mean[i] = judged.report.shape.area_length.mean;
@@ -192,7 +192,7 @@ TEST_CASE("Sizes that jump are meshed without a fold", "[remesh][property]") {
     for (const std::string name : {"bump", "sphere of octants", "cube", "torus with seams", "cylinder"})
         DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
-            const PatchModel model = kind.make();
+            const SurfaceModel model = kind.make();
             const Domain d = model.patch(0).domain();
             const double h = 2 * kind.size;
             const SizedBackground sized = make_background(
@@ -206,7 +206,7 @@ TEST_CASE("Sizes that jump are meshed without a fold", "[remesh][property]") {
 
 TEST_CASE("A long thin patch is meshed", "[remesh][property]") {
     const models::Nets nets{models::sliver(1e3)};
-    const PatchModel model = models::model_of(nets);
+    const SurfaceModel model = models::model_of(nets);
     models::Kind kind{.name = "sliver", .loops = 1};
     const Judged judged = remesh_and_judge(kind, model, uniform_background(model, 5e-3));
     check_faithful(kind, model, judged);
@@ -219,13 +219,13 @@ TEST_CASE("A long thin patch is meshed", "[remesh][property]") {
 TEST_CASE("The mesh does not depend on the number of threads nor on the run", "[remesh][property]") {
     for (const std::string name : {"sphere from a cube", "torus", "cube", "wavy sheet"}) DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
-            const PatchModel model = kind.make();
+            const SurfaceModel model = kind.make();
             const SizedBackground sized = graded_background(model, kind.size);
             const ControlSpace control(sized.background, sized.sizes);
             const SurfaceMesh one = remesh(model, control, {.threads = 1}).mesh;
             CHECK(same_bits(one, remesh(model, control, {.threads = 2}).mesh));
             CHECK(same_bits(one, remesh(model, control, {.threads = 1}).mesh));
-            const PatchModel again = kind.make();
+            const SurfaceModel again = kind.make();
             const SizedBackground sized_again = graded_background(again, kind.size);
             CHECK(same_bits(one, remesh(again, ControlSpace(sized_again.background, sized_again.sizes)).mesh));
         }
@@ -235,7 +235,7 @@ TEST_CASE("The fast schedule gives a valid mesh too", "[remesh][property]") {
     for (const std::string name : {"bump", "cube", "sphere of octants", "torus with seams", "cylinder", "cone"})
         DYNAMIC_SECTION(name) {
             const models::Kind kind = models::kind_of(name);
-            const PatchModel model = kind.make();
+            const SurfaceModel model = kind.make();
             const Judged judged = remesh_and_judge(kind, model, graded_background(model, kind.size), {.fast = true});
             check_faithful(kind, model, judged);
             CHECK(judged.report.shape.area_length.min >= 0.4);
@@ -246,7 +246,7 @@ TEST_CASE("The fast schedule gives a valid mesh too", "[remesh][property]") {
 
 TEST_CASE("A map that asks for too many triangles is refused with the number", "[remesh]") {
     const models::Kind kind = models::kind_of("flat square");
-    const PatchModel model = kind.make();
+    const SurfaceModel model = kind.make();
     const SizedBackground sized = uniform_background(model, 0.1);
     SizedBackground tiny = sized;
     for (double& h : tiny.sizes) h = 1e-5;

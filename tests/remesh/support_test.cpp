@@ -1,6 +1,6 @@
 #include "gradus/remesh/support.hpp"
 
-#include "gradus/quality/project.hpp"
+#include "gradus/surface/locate.hpp"
 #include "remesh/judged.hpp"
 
 #include <catch2/catch.hpp>
@@ -16,7 +16,7 @@ namespace {
 
 struct Fixture {
     models::Kind kind;
-    PatchModel model;
+    SurfaceModel model;
     SizedBackground sized;
     ControlSpace control;
     PatchSupport support;
@@ -38,7 +38,7 @@ void check_foot(const Fixture& f, const Foot& foot) {
     CHECK(foot.size == Approx(f.control.size(foot.place.at)).epsilon(0.15));
 }
 
-int features(const PatchModel& model) {
+int features(const SurfaceModel& model) {
     int count = 0;
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) count += is_feature(model, c);
     return count;

@@ -87,12 +87,14 @@ std::array<double, 25> product(const std::array<double, 9>& a, const std::array<
 
 }  // namespace
 
-PatchModel model_of(const Nets& nets, const GlueOptions& options) { return make_model(PatchFile{nets, {}}, options); }
+SurfaceModel model_of(const Nets& nets, const ModelOptions& options) {
+    return make_model(PatchFile{nets, {}}, options);
+}
 
-PatchModel model_of(Patch patch) {
+SurfaceModel model_of(Patch patch) {
     std::vector<Patch> patches;
     patches.push_back(std::move(patch));
-    return PatchModel(std::move(patches));
+    return glue(std::move(patches));
 }
 
 Nets mapped(Nets nets, const std::function<Vector3d(const Vector3d&)>& move) {
@@ -145,7 +147,7 @@ Nets shuffled(const Nets& nets) {
 }
 
 Nets teapot_nets() { return read_patches(std::string(GRADUS_ASSETS) + "/teapot.bpt").nets; }
-PatchModel teapot() { return model_of(teapot_nets()); }
+SurfaceModel teapot() { return model_of(teapot_nets()); }
 
 BezierNet flat_square() { return bump(0); }
 
@@ -303,17 +305,19 @@ Nets cone(double radius, double height) {
     return nets;
 }
 
-PatchModel two_hemispheres(double radius) {
+SurfaceModel two_hemispheres(double radius) {
     std::vector<Patch> patches;
     for (int k = 0; k < 2; ++k)
         patches.push_back(reparametrise(make_sphere(Vector3d::Zero(), radius), Eigen::Matrix2d::Identity(),
                                         Vector2d::Zero(), {{k * pi, -pi / 2}, {(k + 1) * pi, pi / 2}}));
-    return PatchModel(std::move(patches));
+    return glue(std::move(patches));
 }
 
-PatchModel sphere_with_seam(double radius) { return model_of(make_sphere(Vector3d::Zero(), radius)); }
-PatchModel torus_with_seams(double major, double minor) { return model_of(make_torus(Vector3d::Zero(), major, minor)); }
-PatchModel cylinder_with_seam(double radius, double height) {
+SurfaceModel sphere_with_seam(double radius) { return model_of(make_sphere(Vector3d::Zero(), radius)); }
+SurfaceModel torus_with_seams(double major, double minor) {
+    return model_of(make_torus(Vector3d::Zero(), major, minor));
+}
+SurfaceModel cylinder_with_seam(double radius, double height) {
     return model_of(make_cylinder(Vector3d::Zero(), radius, height));
 }
 

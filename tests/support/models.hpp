@@ -8,7 +8,8 @@
 #include "gradus/io/patch_files.hpp"
 #include "gradus/surface/analytic.hpp"
 #include "gradus/surface/bezier_patch.hpp"
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/glue.hpp"
+#include "gradus/surface/surface_model.hpp"
 
 namespace gradus::models {
 
@@ -18,8 +19,8 @@ using Nets = std::vector<BezierNet>;
 // -- From one thing to another
 // -------------------------------------------------------------------------------------------------
 
-PatchModel model_of(const Nets& nets, const GlueOptions& options = {});
-PatchModel model_of(Patch patch);
+SurfaceModel model_of(const Nets& nets, const ModelOptions& options = {});
+SurfaceModel model_of(Patch patch);
 
 /// Each control point moved.
 Nets mapped(Nets nets, const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& move);
@@ -39,7 +40,7 @@ Nets shuffled(const Nets& nets);
 // ---------------------------------------------------------------------------------------------------------------
 
 Nets teapot_nets();
-PatchModel teapot();
+SurfaceModel teapot();
 
 /// The unit square in z = 0 as a bicubic patch with uniform parametrisation.
 BezierNet flat_square();
@@ -82,10 +83,10 @@ Nets cone(double radius = 1, double height = 1);
 // -- One analytic patch glued to itself
 // ----------------------------------------------------------------------------------------
 
-PatchModel sphere_with_seam(double radius = 1);                       ///< one seam, two poles
-PatchModel torus_with_seams(double major = 2, double minor = 0.5);    ///< two seams, one vertex, no boundary
-PatchModel cylinder_with_seam(double radius = 1, double height = 2);  ///< one seam, two closed boundaries
-PatchModel two_hemispheres(double radius = 1);                        ///< east and west: two curves between two poles
+SurfaceModel sphere_with_seam(double radius = 1);                       ///< one seam, two poles
+SurfaceModel torus_with_seams(double major = 2, double minor = 0.5);    ///< two seams, one vertex, no boundary
+SurfaceModel cylinder_with_seam(double radius = 1, double height = 2);  ///< one seam, two closed boundaries
+SurfaceModel two_hemispheres(double radius = 1);                        ///< east and west: two curves between two poles
 /// A sphere whose parameter u is 1 / stretch of the longitude, so that |S_u| / |S_v| = stretch on the equator.
 Patch stretched_sphere(double stretch = 1000, double radius = 1);
 

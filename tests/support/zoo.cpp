@@ -22,7 +22,7 @@ double off_cube(const Vector3d& p) {
 }
 
 /// Area of a model whose surface has no closed form: Gauss's rule with 4 x 4 points on 32 x 32 cells of each patch.
-double integrated_area(const PatchModel& model) {
+double integrated_area(const SurfaceModel& model) {
     const double a = std::sqrt(3.0 / 7 - 2.0 / 7 * std::sqrt(1.2)), b = std::sqrt(3.0 / 7 + 2.0 / 7 * std::sqrt(1.2));
     const double wa = (18 + std::sqrt(30.0)) / 36, wb = (18 - std::sqrt(30.0)) / 36;
     const double x[4] = {-b, -a, a, b}, w[4] = {wb, wa, wa, wb};

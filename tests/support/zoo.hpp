@@ -10,7 +10,7 @@ namespace gradus::models {
 
 struct Kind {
     std::string name{};
-    std::function<PatchModel()> make{};
+    std::function<SurfaceModel()> make{};
     double area = 0;    ///< of the surface
     double size = 0.1;  ///< a uniform size that gives several hundred triangles
     int components = 1, loops = 0, genus = 0;

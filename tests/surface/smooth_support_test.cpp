@@ -5,7 +5,7 @@
 
 #include "gradus/control/triangulation.hpp"
 #include "gradus/mesh/closest.hpp"
-#include "gradus/surface/projection.hpp"
+#include "gradus/surface/locate.hpp"
 #include "support/models.hpp"
 #include "support/triangulations.hpp"
 
@@ -140,7 +140,7 @@ TEST_CASE("at 5000 vertices the smooth surface is a hundred times nearer than th
 }
 
 TEST_CASE("over a sampled teapot the smooth surface is a hundred times nearer than the facets", "[converges]") {
-    const PatchModel model = models::teapot();
+    const SurfaceModel model = models::teapot();
     // Distances to the patches, sorted, of points over facets and on them; normals are those that the vertices alone
     // tell.
     struct Distances {
@@ -161,8 +161,8 @@ TEST_CASE("over a sampled teapot the smooth surface is a hundred times nearer th
                     const Eigen::Vector2d near =
                         (1 - b - c) * sampled.uv[v[0]] + b * sampled.uv[v[1]] + c * sampled.uv[v[2]];
                     const Vector3d flat = (1 - b - c) * points[v[0]] + b * points[v[1]] + c * points[v[2]];
-                    d.smooth.push_back(project(patch, support.point(t, b, c), near).distance);
-                    d.flat.push_back(project(patch, flat, near).distance);
+                    d.smooth.push_back(project_beyond(patch, support.point(t, b, c), near).distance);
+                    d.flat.push_back(project_beyond(patch, flat, near).distance);
                 }
             }
         }

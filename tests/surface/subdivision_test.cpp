@@ -6,7 +6,8 @@
 #include <random>
 
 #include "gradus/curvature/principal.hpp"
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/glue.hpp"
+#include "gradus/surface/surface_model.hpp"
 
 using namespace gradus;
 using Eigen::Vector2d;
@@ -52,9 +53,9 @@ Cage prism(int n) {
     return cage;
 }
 
-PatchModel model_of(const Cage& cage) { return PatchModel(limit_surface(cage).patches, {.crease_angle = 0.05}); }
+SurfaceModel model_of(const Cage& cage) { return glue(limit_surface(cage).patches, {.crease_angle = 0.05}); }
 
-int count(const PatchModel& model, CurveKind kind) {
+int count(const SurfaceModel& model, CurveKind kind) {
     return static_cast<int>(std::count_if(model.curves().begin(), model.curves().end(),
                                           [&](const ModelCurve& curve) { return curve.kind == kind; }));
 }
@@ -102,7 +103,7 @@ TEST_CASE("regular patches are bicubic B-splines, their derivatives those of dif
 }
 
 TEST_CASE("limit surfaces are closed and smooth, also where faces are no quadrilaterals", "[exact]") {
-    const PatchModel prisms = model_of(prism(GENERATE(3, 5, 8)));
+    const SurfaceModel prisms = model_of(prism(GENERATE(3, 5, 8)));
     CHECK(prisms.num_components() == 1);
     CHECK(count(prisms, CurveKind::Boundary) == 0);
     CHECK(count(prisms, CurveKind::Crease) == 0);
@@ -189,7 +190,7 @@ TEST_CASE("Loop surfaces are smooth, and their second derivatives are those of t
         CHECK((jet.du - (patch->position(uv + du) - patch->position(uv - du)) / (2 * kStep)).norm() <
               1e-6 * jet.du.norm());
     }
-    const PatchModel model(std::move(surface.patches), {.crease_angle = 0.05});
+    const SurfaceModel model = glue(std::move(surface.patches), {.crease_angle = 0.05});
     CHECK(model.num_components() == 1);
     CHECK(count(model, CurveKind::Boundary) == 0);
     CHECK(count(model, CurveKind::Crease) == 0);

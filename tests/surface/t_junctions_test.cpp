@@ -14,12 +14,12 @@ TEST_CASE("A T-junction is found where two squares meet a longer one", "[surface
         nets.push_back(models::mapped({models::flat_square()}, [x](const Vector3d& p) -> Vector3d {
             return {x + p.x() / 2, -p.y() / 2, 0};
         })[0]);
-    const PatchModel model = models::model_of(nets);
+    const SurfaceModel model = models::model_of(nets);
     CHECK(model.num_components() == 2);
     const std::vector<TJunction> found = find_t_junctions(model);
     REQUIRE(found.size() == 1);
     CHECK(model.vertices()[found[0].vertex].point.isApprox(Vector3d(0.5, 0, 0)));
-    CHECK(found[0].curve == model.side_curve(0, Side::Bottom).curve);
+    CHECK(found[0].curve == model.loops(0)[0][0].curve);
     CHECK(found[0].t == Approx(0.5));
     CHECK(found[0].distance < 1e-12);
 }

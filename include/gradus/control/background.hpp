@@ -1,7 +1,7 @@
 /// The background mesh: one triangle mesh in space for the whole model, whose vertices carry the size map.
 #pragma once
 
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/surface_model.hpp"
 
 #include <array>
 #include <vector>
@@ -19,7 +19,7 @@ struct Background {
 /// found by projection to the patch of the triangle's label.
 /// @throws std::invalid_argument for triangles without a patch, or a vertex farther from its patch than 1e-6 of the
 /// diagonal
-Background background_from_soup(const PatchModel& model, const TriangleSoup& soup);
+Background background_from_soup(const SurfaceModel& model, const TriangleSoup& soup);
 
 /// As a file holds it: labels are patches, each vertex with its parameters on every patch around it.
 TriangleSoup soup_from_background(const Background& background);

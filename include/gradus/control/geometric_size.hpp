@@ -32,15 +32,16 @@ struct BackgroundOptions {
 /// and boundaries the curvature of the curve counts as well.
 /// @throws std::invalid_argument for a bad rule or options
 /// @throws std::length_error naming the estimate, made on the first grid, where max_unit_triangles is far exceeded
-SizedBackground make_background(const PatchModel& model, const SizingRule& rule, const BackgroundOptions& options = {});
+SizedBackground make_background(const SurfaceModel& model, const SizingRule& rule,
+                                const BackgroundOptions& options = {});
 
 /// Sizes by the rule at the vertices of a given background (prescribed points included).
-std::vector<double> geometric_sizes(const PatchModel& model, const Background& background, const SizingRule& rule);
+std::vector<double> geometric_sizes(const SurfaceModel& model, const Background& background, const SizingRule& rule);
 
 /// Cuts the edges that are too long for their sizes (metric length above `longest`, and more than ln 1.1 apart in
 /// size), so that gradation on edges is the largest reduction; sizes of new vertices are exact by the rule. @returns
 /// number of cuts
-int refine_for_gradation(const PatchModel& model, const SizingRule& rule, double longest, SizedBackground& sized,
+int refine_for_gradation(const SurfaceModel& model, const SizingRule& rule, double longest, SizedBackground& sized,
                          std::vector<double>& graded, int max_triangles = 20'000'000);
 
 }  // namespace gradus

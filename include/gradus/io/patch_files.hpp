@@ -6,7 +6,8 @@
 
 #include "gradus/io/error.hpp"
 #include "gradus/surface/bezier_patch.hpp"
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/glue.hpp"
+#include "gradus/surface/surface_model.hpp"
 
 namespace gradus {
 
@@ -36,7 +37,7 @@ PatchFile parse_patches(const std::string& text, const std::string& path);
 void write_patches(const std::string& path, const PatchFile& file);
 
 /// Patches of a file, glued.
-/// @throws std::invalid_argument like make_bezier_patch and PatchModel
-PatchModel make_model(const PatchFile& file, const GlueOptions& options = {});
+/// @throws std::invalid_argument like make_bezier_patch and SurfaceModel
+SurfaceModel make_model(const PatchFile& file, const ModelOptions& options = {});
 
 }  // namespace gradus

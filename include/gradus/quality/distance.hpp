@@ -3,7 +3,7 @@
 
 #include "gradus/quality/mesh_edges.hpp"
 #include "gradus/quality/statistics.hpp"
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/surface_model.hpp"
 
 namespace gradus {
 
@@ -41,10 +41,10 @@ struct DistanceOptions {
 /// corner, across shared curves; every distance is that of a point of the surface, so none is understated.
 /// @param edges  edges_of(placed.mesh)
 /// @throws std::invalid_argument if there is not one place per vertex, or a used one names no patch of the model
-DistanceReport measure_distance(const PatchModel& model, const PlacedMesh& placed, const MeshEdges& edges,
+DistanceReport measure_distance(const SurfaceModel& model, const PlacedMesh& placed, const MeshEdges& edges,
                                 const DistanceOptions& options = {});
 
 /// On a crease a corner takes the normal of the patch of its triangle. @throws as above
-NormalReport measure_normals(const PatchModel& model, const PlacedMesh& placed, const DistanceOptions& options = {});
+NormalReport measure_normals(const SurfaceModel& model, const PlacedMesh& placed, const DistanceOptions& options = {});
 
 }  // namespace gradus

@@ -40,7 +40,7 @@ struct MeasureOptions {
     std::span<const int> size_hints{};           ///< see metric_lengths
     const KnownFeatures* features = nullptr;     ///< curves and corners that the mesh keeps; null: found by angle
     const RequiredElements* required = nullptr;  ///< what it was not to touch
-    const PatchModel* model = nullptr;
+    const SurfaceModel* model = nullptr;
     std::span<const SurfacePoint> places{};  ///< one per vertex, with a model
     std::span<const int> patches{};          ///< one per triangle, may be empty
     const Reference* reference = nullptr;    ///< a triangulated surface, in place of a model

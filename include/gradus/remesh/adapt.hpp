@@ -41,10 +41,10 @@ struct AdaptResult {
 };
 
 /// @throws as make_background, grade and remesh
-AdaptResult adapt(const PatchModel& model, const AdaptOptions& options);
+AdaptResult adapt(const SurfaceModel& model, const AdaptOptions& options);
 
 /// A mesh as background: triangles keep the patch under most of them; corners that lie on another patch get parameters
 /// of that patch continued beyond its side.
-Background background_from_mesh(const PatchModel& model, const SurfaceMesh& mesh);
+Background background_from_mesh(const SurfaceModel& model, const SurfaceMesh& mesh);
 
 }  // namespace gradus

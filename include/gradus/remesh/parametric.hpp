@@ -3,7 +3,7 @@
 
 #include "gradus/control/control_space.hpp"
 #include "gradus/remesh/surface_mesh.hpp"
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/surface_model.hpp"
 
 #include <string>
 #include <utility>
@@ -38,6 +38,6 @@ struct RemeshResult {
 /// mesh.
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
 /// @throws std::invalid_argument for a size below 1e-9 of the coordinates there
-RemeshResult remesh(const PatchModel& model, const ControlSpace& control, const RemeshOptions& options = {});
+RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, const RemeshOptions& options = {});
 
 }  // namespace gradus

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "gradus/control/control_space.hpp"
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/surface_model.hpp"
 
 #include <optional>
 
@@ -12,9 +12,10 @@ namespace gradus {
 /// Where a vertex lies: on a patch, and on a curve of the model where it is bound to one.
 struct Place {
     SurfacePoint at;
-    int curve = -1;  ///< feature curve it slides on, or -1
-    double t = 0;    ///< parameter on that curve
-    int cell = 0;    ///< triangle of the control space under it
+    int curve = -1;   ///< feature curve it slides on, or -1
+    double t = 0;     ///< parameter on that curve
+    int cell = 0;     ///< triangle of the control space under it
+    int vertex = -1;  ///< vertex of the model it is, where none passes through smoothly, or -1
 };
 
 /// A point of the surface with what the operations read of it.
@@ -53,7 +54,7 @@ class Support {
 /// Patches glued along curves: free vertices cross smooth curves.
 class PatchSupport final : public Support {
   public:
-    PatchSupport(const PatchModel& model, const ControlSpace& control);
+    PatchSupport(const SurfaceModel& model, const ControlSpace& control);
     std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point,
                              const Eigen::Vector3d& target) const override;
     std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
@@ -81,14 +82,10 @@ class PatchSupport final : public Support {
     double chain_parameter(const Place& place) const;
     Eigen::Vector3d leaving(int curve, bool from_end) const;
 
-    const PatchModel& model_;
+    const SurfaceModel& model_;
     const ControlSpace& control_;
     std::vector<Link> links_;  // one per curve of the model
     std::vector<Chain> chains_;
-    struct CurveEnd {
-        int curve = -1;
-        bool at_end = false;
-    };
     std::vector<CurveEnd> junctions_;  // one per model vertex: a curve that ends there, where two continue each other
 };
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/surface_model.hpp"
 
 namespace gradus {
 
@@ -19,6 +19,6 @@ struct TJunction {
 /// count as its end), by vertex, then curve. A conforming mesh cannot be had across them: the patches must be split
 /// there.
 /// @param tolerance  largest distance, relative to the diagonal of the model, > 0
-std::vector<TJunction> find_t_junctions(const PatchModel& model, double tolerance = 1e-6);
+std::vector<TJunction> find_t_junctions(const SurfaceModel& model, double tolerance = 1e-6);
 
 }  // namespace gradus

@@ -1,4 +1,4 @@
-#include "gradus/surface/patch_model.hpp"
+#include "gradus/surface/surface_model.hpp"
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
@@ -16,13 +16,13 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-int count(const PatchModel& model, CurveKind kind) {
+int count(const SurfaceModel& model, CurveKind kind) {
     int n = 0;
     for (const ModelCurve& curve : model.curves()) n += curve.kind == kind;
     return n;
 }
 
-double total_length(const PatchModel& model, CurveKind kind) {
+double total_length(const SurfaceModel& model, CurveKind kind) {
     double length = 0;
     for (const ModelCurve& curve : model.curves())
         if (curve.kind == kind) length += curve.length;
@@ -30,13 +30,13 @@ double total_length(const PatchModel& model, CurveKind kind) {
 }
 
 /// Vertices - edges + faces. Poles count as neither edge nor curve: their side is a point.
-int euler_characteristic(const PatchModel& model) {
+int euler_characteristic(const SurfaceModel& model) {
     return static_cast<int>(model.vertices().size()) -
            (static_cast<int>(model.curves().size()) - count(model, CurveKind::Pole)) + model.num_patches();
 }
 
 /// Volume enclosed by outward orientation, by the midpoint rule.
-double enclosed_volume(const PatchModel& model, int n = 40) {
+double enclosed_volume(const SurfaceModel& model, int n = 40) {
     double volume = 0;
     for (int i = 0; i < model.num_patches(); ++i) {
         const Domain d = model.patch(i).domain();
@@ -51,41 +51,39 @@ double enclosed_volume(const PatchModel& model, int n = 40) {
 }
 
 /// What holds for every model, whatever its shape.
-void check_consistent(const PatchModel& model, double gap) {
+void check_consistent(const SurfaceModel& model, double gap) {
+    std::size_t corners = 0;
     for (int i = 0; i < model.num_patches(); ++i)
-        for (int s = 0; s < 4; ++s) {
-            const Side side = static_cast<Side>(s);
-            const PatchModel::SideCurve at = model.side_curve(i, side);
-            const SideUse& use = model.curves()[at.curve].uses[at.use];
-            CHECK(use.patch == i);
-            CHECK(use.side == side);
-            const double t = model.curve_parameter(i, side, 0.3);
-            const Vector3d on_side = model.position(model.on_curve(at.curve, at.use, t));
-            const Domain d = model.patch(i).domain();
-            const Vector2d size = d.max - d.min;
-            const Vector2d uv = s == 0   ? Vector2d(d.min.x() + 0.3 * size.x(), d.min.y())
-                                : s == 1 ? Vector2d(d.max.x(), d.min.y() + 0.3 * size.y())
-                                : s == 2 ? Vector2d(d.min.x() + 0.3 * size.x(), d.max.y())
-                                         : Vector2d(d.min.x(), d.min.y() + 0.3 * size.y());
-            CHECK((on_side - model.position({i, uv})).norm() <= std::max(gap, 1e-12 * model.diagonal()));
-        }
-    for (std::size_t c = 0; c < model.curves().size(); ++c) {
+        for (const std::vector<UseRef>& loop : model.loops(i))
+            for (std::size_t k = 0; k < loop.size(); ++k) {
+                const UseRef &ref = loop[k], &next = loop[(k + 1) % loop.size()];
+                const CurveUse& use = model.use(ref);
+                CHECK(use.patch == i);
+                ++corners;
+                // The loop goes on where the use ends.
+                const Vector2d end = use.image->uv(use.reversed ? 0 : 1),
+                               start = model.use(next).image->uv(model.use(next).reversed ? 1 : 0);
+                CHECK((end - start).norm() <= 1e-12 * (1 + end.norm()));
+                // The patch lies on the left.
+                const Vector2d middle = use.image->uv(0.5),
+                               along = use.reversed ? Vector2d(-use.image->duv(0.5)) : use.image->duv(0.5);
+                CHECK(model.contains({i, middle + 1e-3 * Vector2d(-along.y(), along.x())}));
+                CHECK(!model.contains({i, middle - 1e-3 * Vector2d(-along.y(), along.x())}));
+            }
+    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
         const ModelCurve& curve = model.curves()[c];
         REQUIRE(curve.uses.size() >= 1);
-        CHECK(!curve.uses[0].reversed);
         CHECK((curve.uses.size() == 2) == (curve.kind == CurveKind::Smooth || curve.kind == CurveKind::Crease));
-        for (std::size_t use = 0; use < curve.uses.size(); ++use) {
+        for (int use = 0; use < static_cast<int>(curve.uses.size()); ++use) {
             for (int k = 0; k <= 20; ++k) {
                 const double t = k / 20.0 * 0.999 + 0.0005;
                 const SurfacePoint first = model.on_curve(c, 0, t), other = model.on_curve(c, use, t);
                 CHECK((model.position(first) - model.position(other)).norm() <= gap);
                 if (curve.kind != CurveKind::Pole) {
-                    const SideUse& at = curve.uses[use];
-                    const bool along_u = at.side == Side::Bottom || at.side == Side::Top;
-                    const Domain d = model.patch(at.patch).domain();
-                    const double s = along_u ? (other.uv.x() - d.min.x()) / (d.max.x() - d.min.x())
-                                             : (other.uv.y() - d.min.y()) / (d.max.y() - d.min.y());
-                    CHECK(model.curve_parameter(at.patch, at.side, s) == Approx(t).margin(1e-6));
+                    CHECK(curve.uses[use].image->parameter(other.uv) == Approx(t).margin(1e-6));
+                    const auto border = model.border_at(other);
+                    REQUIRE(border.size() == 1);
+                    CHECK(border[0].use == UseRef{c, use});
                 }
             }
             for (int end = 0; end < 2; ++end) {
@@ -96,20 +94,20 @@ void check_consistent(const PatchModel& model, double gap) {
         if (curve.uses.size() == 2) CHECK(model.component(curve.uses[0].patch) == model.component(curve.uses[1].patch));
     }
     std::size_t places = 0;
-    for (std::size_t v = 0; v < model.vertices().size(); ++v) places += model.vertices()[v].places.size();
-    CHECK(places == 4u * model.num_patches());
-    for (int i = 0; i < model.num_patches(); ++i)
-        for (int corner = 0; corner < 4; ++corner) {
-            const int v = model.corner_vertex(i, corner);
-            REQUIRE(v >= 0);
-            REQUIRE(v < static_cast<int>(model.vertices().size()));
-        }
+    for (const ModelVertex& vertex : model.vertices()) places += vertex.places.size();
+    CHECK(places == corners);
+}
+
+/// Whether the second use has parameters that differ from those of the first by more than their direction.
+bool is_followed(const ModelCurve& curve) {
+    const PlaneCurve& image = *curve.uses[1].image;
+    return (image.uv(0.25) - (0.75 * image.uv(0) + 0.25 * image.uv(1))).norm() > 1e-9;
 }
 
 }  // namespace
 
 TEST_CASE("The teapot has four smooth components, six boundary loops and eight collapsed sides", "[surface][exact]") {
-    const PatchModel model = models::teapot();
+    const SurfaceModel model = models::teapot();
     check_consistent(model, 0);
     CHECK(model.num_patches() == 32);
     CHECK(model.num_components() == 4);
@@ -125,7 +123,7 @@ TEST_CASE("The teapot has four smooth components, six boundary loops and eight c
         }
     CHECK(poles == 2);
     for (const ModelCurve& curve : model.curves()) {
-        CHECK(curve.same_parameter);
+        if (curve.uses.size() == 2) CHECK(!is_followed(curve));
         CHECK(curve.largest_angle < 1e-12);
     }
     CHECK(enclosed_volume(model) > 0);
@@ -140,10 +138,10 @@ TEST_CASE("The teapot has four smooth components, six boundary loops and eight c
 }
 
 TEST_CASE("The teapot is the same model in any parametrisation, size and place", "[surface][property]") {
-    const PatchModel reference = models::teapot();
+    const SurfaceModel reference = models::teapot();
     const double volume = enclosed_volume(reference, 10);
     for (const double factor : {1.0, 1e-6, 1e6}) {
-        const PatchModel model = models::model_of(models::scaled(models::shuffled(models::teapot_nets()), factor));
+        const SurfaceModel model = models::model_of(models::scaled(models::shuffled(models::teapot_nets()), factor));
         check_consistent(model, 0);
         CHECK(model.num_components() == 4);
         for (const CurveKind kind : {CurveKind::Boundary, CurveKind::Smooth, CurveKind::Crease, CurveKind::Pole})
@@ -159,7 +157,7 @@ TEST_CASE("The teapot is the same model in any parametrisation, size and place",
         }
     }
     const Eigen::AngleAxisd turn(1.0, Vector3d(1, 2, 3).normalized());
-    const PatchModel moved = models::model_of(models::mapped(
+    const SurfaceModel moved = models::model_of(models::mapped(
         models::teapot_nets(), [&](const Vector3d& p) -> Vector3d { return turn * p + Vector3d(100, 0, 0); }));
     CHECK(moved.num_components() == 4);
     CHECK(moved.curves().size() == reference.curves().size());
@@ -178,7 +176,7 @@ TEST_CASE("Spheres, tori and cylinders have their topology and outward normals",
                                       {models::cylinder(1, 2), 0, 8, 0, 4.0 / 3 * pi}};
     for (const Expected& expected : cases)
         for (const bool shuffle : {false, true}) {
-            const PatchModel model = models::model_of(shuffle ? models::shuffled(expected.nets) : expected.nets);
+            const SurfaceModel model = models::model_of(shuffle ? models::shuffled(expected.nets) : expected.nets);
             check_consistent(model, 1e-14);
             CHECK(model.num_components() == 1);
             CHECK(euler_characteristic(model) == expected.euler);
@@ -194,7 +192,7 @@ TEST_CASE("Spheres, tori and cylinders have their topology and outward normals",
 }
 
 TEST_CASE("A patch is glued to itself along its seams", "[surface][exact]") {
-    const PatchModel sphere = models::sphere_with_seam(2);
+    const SurfaceModel sphere = models::sphere_with_seam(2);
     check_consistent(sphere, 1e-14);
     CHECK(count(sphere, CurveKind::Smooth) == 1);
     CHECK(count(sphere, CurveKind::Pole) == 2);
@@ -202,14 +200,14 @@ TEST_CASE("A patch is glued to itself along its seams", "[surface][exact]") {
     CHECK(total_length(sphere, CurveKind::Smooth) == Approx(2 * pi).epsilon(1e-12));
     CHECK((sphere.normal({0, {1, pi / 2}}) - Vector3d::UnitZ()).norm() < 1e-12);
 
-    const PatchModel torus = models::torus_with_seams(2, 0.5);
+    const SurfaceModel torus = models::torus_with_seams(2, 0.5);
     check_consistent(torus, 1e-14);
     CHECK(count(torus, CurveKind::Smooth) == 2);
     CHECK(torus.curves().size() == 2);
     CHECK(torus.vertices().size() == 1);
     CHECK(euler_characteristic(torus) == 0);
 
-    const PatchModel cylinder = models::cylinder_with_seam(1, 2);
+    const SurfaceModel cylinder = models::cylinder_with_seam(1, 2);
     check_consistent(cylinder, 1e-14);
     CHECK(count(cylinder, CurveKind::Boundary) == 2);
     CHECK(count(cylinder, CurveKind::Smooth) == 1);
@@ -220,7 +218,7 @@ TEST_CASE("A patch is glued to itself along its seams", "[surface][exact]") {
 
     Eigen::Matrix2d swap;
     swap << 0, 1, 1, 0;
-    const PatchModel inward =
+    const SurfaceModel inward =
         models::model_of(reparametrise(make_torus({5, 0, 0}, 2, 0.5), swap, {0, 0}, {{0, 0}, {2 * pi, 2 * pi}}));
     CHECK(inward.flipped(0));
     CHECK(inward.normal({0, {0, 0}}).isApprox(Vector3d::UnitX(), 1e-12));
@@ -228,13 +226,12 @@ TEST_CASE("A patch is glued to itself along its seams", "[surface][exact]") {
 
 TEST_CASE("Creases are told from smooth curves by the angle between normals", "[surface][exact]") {
     for (const double degrees : {0.0, 5.0, 14.9, 15.1, 40.0, 90.0, 170.0}) {
-        const PatchModel model = models::model_of(models::hinge(degrees * pi / 180));
+        const SurfaceModel model = models::model_of(models::hinge(degrees * pi / 180));
         check_consistent(model, 0);
         CHECK(count(model, degrees > 15 ? CurveKind::Crease : CurveKind::Smooth) == 1);
-        CHECK(model.curves()[model.side_curve(0, Side::Right).curve].largest_angle ==
-              Approx(degrees * pi / 180).margin(1e-12));
+        CHECK(model.curves()[model.loops(0)[0][1].curve].largest_angle == Approx(degrees * pi / 180).margin(1e-12));
     }
-    const PatchModel cube = models::model_of(models::cube());
+    const SurfaceModel cube = models::model_of(models::cube());
     check_consistent(cube, 0);
     CHECK(count(cube, CurveKind::Crease) == 12);
     CHECK(cube.vertices().size() == 8);
@@ -243,22 +240,22 @@ TEST_CASE("Creases are told from smooth curves by the angle between normals", "[
 }
 
 TEST_CASE("Patches of different degree and different parameters are glued", "[surface][exact]") {
-    const PatchModel mixed = models::model_of(models::mixed_degrees());
+    const SurfaceModel mixed = models::model_of(models::mixed_degrees());
     check_consistent(mixed, 1e-14);
     CHECK(mixed.num_components() == 1);
-    CHECK(mixed.curves()[mixed.side_curve(0, Side::Left).curve].uses.size() == 2);
-    CHECK(mixed.curves()[mixed.side_curve(0, Side::Left).curve].same_parameter);
+    CHECK(mixed.curves()[mixed.loops(0)[0][3].curve].uses.size() == 2);
+    CHECK(!is_followed(mixed.curves()[mixed.loops(0)[0][3].curve]));
 
     for (int variant = 0; variant < 64; variant += 7) {
         models::Nets nets = models::differing_parameters();
         nets[0] = models::turned(nets[0], variant % 8);
         nets[1] = models::turned(nets[1], variant / 8);
-        const PatchModel model = models::model_of(nets);
+        const SurfaceModel model = models::model_of(nets);
         check_consistent(model, 1e-12);
         CHECK(model.num_components() == 1);
         CHECK(count(model, CurveKind::Smooth) == 1);
         for (const ModelCurve& curve : model.curves())
-            if (curve.uses.size() == 2) CHECK(!curve.same_parameter);
+            if (curve.uses.size() == 2) CHECK(is_followed(curve));
         CHECK(model.normal({0, {0.5, 0.5}}).isApprox(model.normal({1, {0.5, 0.5}})));
     }
 }
@@ -267,7 +264,7 @@ TEST_CASE("Sides within the tolerance are glued, farther ones not", "[surface]")
     for (const double gap : {1e-9, 1e-4}) {
         models::Nets nets = models::hinge(0);
         for (Vector3d& p : nets[1].points) p += gap * Vector3d(0.6, 0, 0.8);
-        const PatchModel model = models::model_of(nets);
+        const SurfaceModel model = models::model_of(nets);
         CHECK(model.num_components() == (gap < 1e-6 ? 1 : 2));
         CHECK(models::model_of(nets, {.tolerance = 1e-3}).num_components() == 1);
     }
@@ -277,7 +274,7 @@ TEST_CASE("Parts that only touch stay apart", "[surface][exact]") {
     models::Nets nets = models::cube();
     for (const BezierNet& net : models::cube())
         nets.push_back(models::mapped({net}, [](const Vector3d& p) -> Vector3d { return p + Vector3d(1, 1, 1); })[0]);
-    const PatchModel model = models::model_of(nets);
+    const SurfaceModel model = models::model_of(nets);
     CHECK(model.num_components() == 2);
     CHECK(model.vertices().size() == 16);
     // A sphere with a smaller one that shares its pole.
@@ -285,7 +282,7 @@ TEST_CASE("Parts that only touch stay apart", "[surface][exact]") {
     for (const BezierNet& net : models::mapped(models::sphere_octants(0.5),
                                                [](const Vector3d& p) -> Vector3d { return p + Vector3d(0, 0, 0.5); }))
         spheres.push_back(net);
-    const PatchModel nested = models::model_of(spheres);
+    const SurfaceModel nested = models::model_of(spheres);
     CHECK(nested.num_components() == 2);
     CHECK(nested.vertices().size() == 12);
 }
@@ -293,20 +290,20 @@ TEST_CASE("Parts that only touch stay apart", "[surface][exact]") {
 TEST_CASE("Open sheets keep the orientation of their first patch", "[surface][exact]") {
     models::Nets sheet = models::wavy_sheet(3);
     for (std::size_t i = 1; i < sheet.size(); ++i) sheet[i] = models::turned(sheet[i], static_cast<int>(i) % 8);
-    const PatchModel up = models::model_of(sheet);
+    const SurfaceModel up = models::model_of(sheet);
     check_consistent(up, 0);
     CHECK(count(up, CurveKind::Smooth) == 12);
     CHECK(count(up, CurveKind::Boundary) == 12);
     for (const ModelCurve& curve : up.curves()) CHECK(curve.largest_angle < 1e-12);
     for (int i = 0; i < 9; ++i) CHECK(up.normal({i, {0.5, 0.5}}).z() > 0);
     sheet[0] = models::flip_u(sheet[0]);
-    const PatchModel down = models::model_of(sheet);
+    const SurfaceModel down = models::model_of(sheet);
     for (int i = 0; i < 9; ++i) CHECK(down.normal({i, {0.5, 0.5}}).z() < 0);
 }
 
 TEST_CASE("Slivers and uneven parametrisations are models like others", "[surface]") {
     for (const double aspect : {1e2, 1e4}) {
-        const PatchModel model = models::model_of({models::sliver(aspect)});
+        const SurfaceModel model = models::model_of({models::sliver(aspect)});
         check_consistent(model, 0);
         CHECK(count(model, CurveKind::Boundary) == 4);
     }
@@ -359,7 +356,7 @@ TEST_CASE("An empty model and thousands of patches are fine", "[surface]") {
     CHECK(models::model_of(models::Nets{}).num_patches() == 0);
     const auto start = std::chrono::steady_clock::now();
     const int n = 50;
-    const PatchModel model = models::model_of(models::wavy_sheet(n));
+    const SurfaceModel model = models::model_of(models::wavy_sheet(n));
     CHECK(model.num_components() == 1);
     CHECK(count(model, CurveKind::Smooth) == 2 * n * (n - 1));
     CHECK(static_cast<int>(model.vertices().size()) == (n + 1) * (n + 1));

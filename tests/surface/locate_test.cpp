@@ -1,4 +1,4 @@
-#include "gradus/quality/project.hpp"
+#include "gradus/surface/locate.hpp"
 
 #include "gradus/io/patch_files.hpp"
 #include "quality/surfaces.hpp"
@@ -11,9 +11,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-PatchModel teapot() { return make_model(read_patches(GRADUS_ASSETS "/teapot.bpt")); }
+SurfaceModel teapot() { return make_model(read_patches(GRADUS_ASSETS "/teapot.bpt")); }
 
-PatchModel some_model(int which) {
+SurfaceModel some_model(int which) {
     if (which == 0) return teapot();
     return which == 1 ? model_of(make_torus({0, 0, 0}, 3, 1)) : model_of(make_sphere({0, 0, 0}, 1));
 }
@@ -21,7 +21,7 @@ PatchModel some_model(int which) {
 }  // namespace
 
 TEST_CASE("the places of a point on shared curves and corners are one point", "[quality]") {
-    const PatchModel model = some_model(GENERATE(0, 1));
+    const SurfaceModel model = some_model(GENERATE(0, 1));
     int shared = 0;
     for (int patch = 0; patch < model.num_patches(); ++patch) {
         const Domain domain = model.patch(patch).domain();
@@ -39,7 +39,7 @@ TEST_CASE("the places of a point on shared curves and corners are one point", "[
 }
 
 TEST_CASE("a point lifted along the normal falls back to its foot", "[quality][property]") {
-    const PatchModel model = teapot();
+    const SurfaceModel model = teapot();
     std::mt19937 random(21);
     std::uniform_real_distribution<double> inside(.02, .98), near(-.03, .03);
     for (int i = 0; i < 300; ++i) {
@@ -55,7 +55,7 @@ TEST_CASE("a point lifted along the normal falls back to its foot", "[quality][p
 }
 
 TEST_CASE("points of a model are located without a hint", "[quality]") {
-    const PatchModel model = some_model(GENERATE(0, 1, 2));
+    const SurfaceModel model = some_model(GENERATE(0, 1, 2));
     const PlacedTriangles mesh = mesh_of(model, 7, 5);
     const std::vector<SurfacePoint> places = locate(model, mesh.points);
     REQUIRE(places.size() == mesh.points.size());
@@ -65,7 +65,7 @@ TEST_CASE("points of a model are located without a hint", "[quality]") {
 }
 
 TEST_CASE("a point that is not finite has no place", "[quality]") {
-    const PatchModel model = model_of(make_sphere({0, 0, 0}, 1));
+    const SurfaceModel model = model_of(make_sphere({0, 0, 0}, 1));
     const std::vector<Vector3d> points{{std::nan(""), 0, 0}, {0, 0, 2}};
     const std::vector<SurfacePoint> places = locate(model, points);
     CHECK(places[0].patch == -1);
