@@ -33,6 +33,18 @@ std::array<double, 3> clamped(double a, double b) {
     return w;
 }
 
+// Distance of a point of the plane from the sides of a triangle.
+double distance_outside(const Eigen::Vector2d& p, const std::array<Eigen::Vector2d, 3>& corners) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 3; ++k) {
+        const Eigen::Vector2d& from = corners[k];
+        const Eigen::Vector2d along = corners[(k + 1) % 3] - from;
+        const double s = std::clamp(along.dot(p - from) / along.squaredNorm(), 0.0, 1.0);
+        least = std::min(least, (from + s * along - p).norm());
+    }
+    return least;
+}
+
 // The corner with the most negative coordinate whose opposite edge has a neighbour.
 int way_out(double a, double b, const std::array<int, 3>& neighbour) {
     const std::array<double, 3> w{1 - a - b, a, b};
@@ -123,7 +135,7 @@ ControlSpace::ControlSpace(const Background& background, std::span<const double>
         add_cell({points[a], points[b], points[c]}, {sizes[a], sizes[b], sizes[c]}, neighbour);
     }
 
-    // A grid of about one cell per two triangles of a patch gives each walk in parameters a start.
+    // A grid of about one cell per two triangles of each patch finds places by their parameters.
     if (background.patch.empty()) return;
     const int patches = *std::max_element(background.patch.begin(), background.patch.end()) + 1;
     std::vector<int> count(patches, 0);
@@ -135,35 +147,38 @@ ControlSpace::ControlSpace(const Background& background, std::span<const double>
         if (grid.cells == 0) {
             grid.cells = std::max(1, static_cast<int>(std::sqrt(count[p] / 2.0)));
             grid.domain = {background.uv[t][0], background.uv[t][0]};
-            grid.triangle.assign(grid.cells * grid.cells, -1);
+            grid.first.assign(static_cast<std::size_t>(grid.cells) * grid.cells + 1, 0);
         }
         for (const Eigen::Vector2d& x : background.uv[t]) {
             grid.domain.min = grid.domain.min.cwiseMin(x);
             grid.domain.max = grid.domain.max.cwiseMax(x);
         }
     }
-    const auto cell_of = [](const Grid& grid, const Eigen::Vector2d& x, int axis) {
-        const double extent = grid.domain.max[axis] - grid.domain.min[axis];
-        const double s = extent > 0 ? (x[axis] - grid.domain.min[axis]) / extent : 0;
-        return std::clamp(static_cast<int>(s * grid.cells), 0, grid.cells - 1);
-    };
-    for (std::size_t t = 0; t < cells_.size(); ++t) {
+    // Triangles by the cells that their boxes overlap, counted first.
+    const auto for_each_cell = [&](std::size_t t, const auto& visit) {
         Grid& grid = grids_[background.patch[t]];
         const auto& uv = background.uv[t];
         const Eigen::Vector2d low = uv[0].cwiseMin(uv[1]).cwiseMin(uv[2]), high = uv[0].cwiseMax(uv[1]).cwiseMax(uv[2]);
-        for (int j = cell_of(grid, low, 1); j <= cell_of(grid, high, 1); ++j)
-            for (int i = cell_of(grid, low, 0); i <= cell_of(grid, high, 0); ++i)
-                if (int& start = grid.triangle[j * grid.cells + i]; start < 0) start = static_cast<int>(t);
-    }
+        for (int j = grid.index(low, 1); j <= grid.index(high, 1); ++j)
+            for (int i = grid.index(low, 0); i <= grid.index(high, 0); ++i) visit(grid, j * grid.cells + i);
+    };
+    for (std::size_t t = 0; t < cells_.size(); ++t)
+        for_each_cell(t, [](Grid& grid, int cell) { ++grid.first[cell + 1]; });
     for (Grid& grid : grids_) {
-        int last = -1;
-        for (const int t : grid.triangle)
-            if (t >= 0) {
-                last = t;
-                break;
-            }
-        for (int& t : grid.triangle) last = t = t >= 0 ? t : last;
+        for (std::size_t k = 1; k < grid.first.size(); ++k) grid.first[k] += grid.first[k - 1];
+        if (!grid.first.empty()) grid.triangles.resize(grid.first.back());
     }
+    std::vector<std::vector<int>> fill;
+    for (const Grid& grid : grids_) fill.push_back(grid.first);
+    for (std::size_t t = 0; t < cells_.size(); ++t)
+        for_each_cell(
+            t, [&](Grid& grid, int cell) { grid.triangles[fill[background.patch[t]][cell]++] = static_cast<int>(t); });
+}
+
+int ControlSpace::Grid::index(const Eigen::Vector2d& uv, int axis) const {
+    const double extent = domain.max[axis] - domain.min[axis];
+    const double s = extent > 0 ? (uv[axis] - domain.min[axis]) / extent : 0;
+    return static_cast<int>(std::clamp(s * cells, 0.0, cells - 1.0));
 }
 
 ControlSpace::Height ControlSpace::height_over(const Cell& cell, const Eigen::Vector3d& d) {
@@ -271,29 +286,35 @@ double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
 
 double ControlSpace::size_in_parameters(const SurfacePoint& at, int& triangle) const {
     const Grid& grid = grids_[at.patch];
-    const Eigen::Vector2d extent = (grid.domain.max - grid.domain.min).cwiseMax(1e-300);
-    const auto index = [&](int axis) {
-        return std::clamp(static_cast<int>((at.uv[axis] - grid.domain.min[axis]) / extent[axis] * grid.cells), 0,
-                          grid.cells - 1);
-    };
-    triangle = grid.triangle[index(1) * grid.cells + index(0)];
-    int came_from = -1;
-    double a = 0, b = 0;
-    for (int step = 0; step < kMostSteps; ++step) {
-        const auto& uv = background_->uv[triangle];
+    const int column = grid.index(at.uv, 0), row = grid.index(at.uv, 1);
+    // The triangle that holds the place, else the nearest one: beside the chord of a curve, or in the fan of a pole.
+    struct Found {
+        double outside = std::numeric_limits<double>::infinity(), a = 0, b = 0;
+    } best;
+    triangle = -1;
+    const auto look_at = [&](int t) {
+        const auto& uv = background_->uv[t];
         const Eigen::Vector2d e1 = uv[1] - uv[0], e2 = uv[2] - uv[0], d = at.uv - uv[0];
         const double det = e1.x() * e2.y() - e1.y() * e2.x();
-        a = det != 0 ? (d.x() * e2.y() - d.y() * e2.x()) / det : 0;
-        b = det != 0 ? (e1.x() * d.y() - e1.y() * d.x()) / det : 0;
-        std::array<int, 3> inside_patch = cells_[triangle].neighbour;
-        for (int& n : inside_patch)
-            if (n >= 0 && background_->patch[n] != at.patch) n = -1;
-        const int out = way_out(a, b, inside_patch);
-        if (out < 0 || inside_patch[out] == came_from) break;
-        came_from = triangle;
-        triangle = inside_patch[out];
+        if (det == 0) return;
+        const double a = (d.x() * e2.y() - d.y() * e2.x()) / det, b = (e1.x() * d.y() - e1.y() * d.x()) / det;
+        const double least = std::min({a, b, 1 - a - b});
+        const double outside = least >= 0 ? 0 : distance_outside(at.uv, uv);
+        if (outside < best.outside) best = {outside, a, b}, triangle = t;
+    };
+    for (int reach = 0; reach < grid.cells; ++reach) {
+        const bool had_one = triangle >= 0;
+        for (int j = std::max(0, row - reach); j <= std::min(grid.cells - 1, row + reach); ++j)
+            for (int i = std::max(0, column - reach); i <= std::min(grid.cells - 1, column + reach); ++i) {
+                if (std::max(std::abs(i - column), std::abs(j - row)) != reach) continue;
+                const int cell = j * grid.cells + i;
+                for (int k = grid.first[cell]; k < grid.first[cell + 1] && best.outside > 0; ++k)
+                    look_at(grid.triangles[k]);
+            }
+        // One ring more than the first that had a triangle: it may hold a nearer one.
+        if (best.outside == 0 || had_one) break;
     }
-    return size_in(cells_[triangle], a, b);
+    return size_in(cells_[triangle], best.a, best.b);
 }
 
 int ControlSpace::locate(const SurfacePoint& at) const {

@@ -3,6 +3,7 @@
 #include "gradus/control/metric.hpp"
 #include "gradus/curvature/principal.hpp"
 #include "gradus/mesh/connectivity.hpp"
+#include "patch_meshes.hpp"
 
 #include <fmt/format.h>
 
@@ -37,64 +38,76 @@ double size_at(const SurfaceModel& model, const SizingRule& rule, const SurfaceP
     return h;
 }
 
-// Largest length of three parameter lines of a patch in direction `along`.
-double extent_of(const ParametricSurface& patch, int along, int steps) {
-    const Domain d = patch.domain();
-    double longest = 0;
-    for (const double across : {0.0, 0.5, 1.0}) {
-        double length = 0;
-        Eigen::Vector3d last;
-        for (int i = 0; i <= steps; ++i) {
-            Eigen::Vector2d s;
-            s[along] = static_cast<double>(i) / steps;
-            s[1 - along] = across;
-            const Eigen::Vector3d p = patch.position(d.min + s.cwiseProduct(d.max - d.min));
-            if (i > 0) length += (p - last).norm();
-            last = p;
-        }
-        longest = std::max(longest, length);
+// Parameters that cut a curve into pieces of about the same length.
+std::vector<double> even_pieces(const SurfaceModel& model, int curve, int pieces) {
+    const int samples = 8 * pieces;
+    std::vector<double> length{0};
+    Eigen::Vector3d last = model.curve_point(curve, 0);
+    for (int k = 1; k <= samples; ++k) {
+        const Eigen::Vector3d p = model.curve_point(curve, static_cast<double>(k) / samples);
+        length.push_back(length.back() + (p - last).norm());
+        last = p;
     }
-    return longest;
+    std::vector<double> t{0};
+    for (int i = 1, k = 1; i < pieces; ++i) {
+        const double wanted = length.back() * i / pieces;
+        while (k < samples && length[k] < wanted) ++k;
+        const double step = length[k] - length[k - 1];
+        t.push_back((k - 1 + (step > 0 ? (wanted - length[k - 1]) / step : 0.5)) / samples);
+    }
+    t.push_back(1);
+    return t;
 }
 
-// How many pieces each curve starts with. Opposite sides of a patch have the same number, so the classes of curves that
-// are opposite to each other share the largest number any patch asks for. Squares are at most kLongSquare times as long
-// as wide: bisection of longest edges keeps the shape of a needle.
-std::vector<int> pieces_per_curve(const SurfaceModel& model, int cells) {
-    constexpr double kLongSquare = 4;
-    const int curves = static_cast<int>(model.curves().size());
-    // At least two, so that patches between the same corners have no edge in common; three for sides that close on
-    // themselves.
-    const int least = std::min(cells, 3);
-    std::vector<int> parent(curves), pieces(curves, least);
-    for (int c = 0; c < curves; ++c) {
-        parent[c] = c;
-        if (model.curves()[c].ends[0] == model.curves()[c].ends[1]) pieces[c] = 3;
-    }
-    const auto root = [&](int c) {
-        while (parent[c] != c) c = parent[c] = parent[parent[c]];
-        return c;
+// Pieces that turn by more than this are halved: their chords would be far from them, and triangles beside them turn
+// over where they are cut later.
+constexpr double kMostTurn = std::numbers::pi / 8;
+
+void halve_where_it_turns(const SurfaceModel& model, int curve, std::vector<double>& t) {
+    const auto& uses = model.curves()[curve].uses;
+    if (std::all_of(uses.begin(), uses.end(), [](const CurveUse& use) { return use.image->is_straight(); })) return;
+    constexpr int kDeepest = 10;
+    const auto direction = [&](double at) -> Eigen::Vector3d {
+        return model.curve_jet(curve, at).d.stableNormalized();
     };
-    const auto curve = [&](int p, int side) { return model.loops(p)[0][side].curve; };
-    for (int p = 0; p < model.num_patches(); ++p) {
-        for (const auto& [side, opposite] : {std::pair(0, 2), std::pair(3, 1)}) {
-            const int a = root(curve(p, side)), b = root(curve(p, opposite));
-            parent[a] = b;
-            pieces[b] = std::max(pieces[a], pieces[b]);
+    const double cosine = std::cos(kMostTurn);
+    std::vector<double> cut{0};
+    const auto add = [&](auto&& self, double from, double to, int depth) -> void {
+        const double middle = (from + to) / 2;
+        const Eigen::Vector3d a = direction(from), m = direction(middle), b = direction(to);
+        if (depth > 0 && (a.dot(b) < cosine || a.dot(m) < cosine || m.dot(b) < cosine)) {
+            self(self, from, middle, depth - 1);
+            self(self, middle, to, depth - 1);
+            return;
         }
+        cut.push_back(to);
+    };
+    for (std::size_t k = 0; k + 1 < t.size(); ++k) add(add, t[k], t[k + 1], kDeepest);
+    t = std::move(cut);
+}
+
+// The curves cut for a first mesh whose edges have a length on each patch; poles too, so that their triangles have
+// parameters of their own.
+CutCurves cut_curves(const SurfaceModel& model, std::span<const double> length_on_patch) {
+    constexpr int kPolePieces = 8;
+    std::vector<int> pieces;
+    for (const ModelCurve& curve : model.curves()) {
+        double longest = 0;
+        for (const CurveUse& use : curve.uses) longest = std::max(longest, curve.length / length_on_patch[use.patch]);
+        pieces.push_back(static_cast<int>(std::lround(std::min<double>(longest, kMostPieces))));
     }
-    for (int p = 0; p < model.num_patches(); ++p) {
-        const double ratio = extent_of(model.patch(p), 0, 2 * cells) / extent_of(model.patch(p), 1, 2 * cells);
-        const double slender = std::max(1.0, std::max(ratio, 1 / ratio) / kLongSquare);
-        const int few = std::max(least, static_cast<int>(std::lround(cells / slender)));
-        const int many = std::clamp(static_cast<int>(std::lround(few * slender)), cells, kMostPieces);
-        int& along = pieces[root(curve(p, 0))];
-        along = std::max(along, ratio >= 1 ? many : few);
-        int& across = pieces[root(curve(p, 3))];
-        across = std::max(across, ratio >= 1 ? few : many);
+    cut_into_polygons(model, pieces);
+    std::vector<std::vector<double>> t;
+    for (int c = 0; c < static_cast<int>(pieces.size()); ++c) {
+        if (model.curves()[c].kind != CurveKind::Pole) {
+            t.push_back(even_pieces(model, c, pieces[c]));
+            halve_where_it_turns(model, c, t.back());
+            continue;
+        }
+        std::vector<double>& even = t.emplace_back();
+        for (int k = 0; k <= kPolePieces; ++k) even.push_back(static_cast<double>(k) / kPolePieces);
     }
-    for (int c = 0; c < curves; ++c) pieces[c] = pieces[root(c)];
-    return pieces;
+    return {model, std::move(t)};
 }
 
 // A mesh of the patches under refinement. Half-edges on model curves carry the curve as tag.
@@ -102,7 +115,8 @@ class Builder {
   public:
     Builder(const SurfaceModel& model, const SizingRule& rule) : model_(model), rule_(rule) {}
 
-    void start_from_grid(int cells);
+    // With about `cells` edges across each patch.
+    void start(double cells);
     void start_from(const Background& background, std::span<const double> sizes);
     // Bisects until no triangle is marked, in passes over what is new. @returns false if max_triangles was reached
     template <class Mark>
@@ -127,6 +141,7 @@ class Builder {
     int longest_edge(int t) const;
     std::array<Eigen::Vector2d, 2> parameters_of(int h) const;
     SurfacePoint middle_of(int h) const;
+    SurfacePoint centre_of(int t) const;
     SurfacePoint other_side_of(int h, const SurfacePoint& middle) const;
     void bisect(int h);
     bool is_border(int h) const;
@@ -150,101 +165,37 @@ class Builder {
     std::vector<std::array<signed char, 3>> pole_;  // of corners: the parameter that means nothing there, or -1
 };
 
-void Builder::start_from_grid(int cells) {
+void Builder::start(double cells) {
+    std::vector<double> length;
+    for (int p = 0; p < model_.num_patches(); ++p) length.push_back(std::sqrt(model_.area(p)) / cells);
+    const PatchMeshes meshes(model_, cut_curves(model_, length),
+                             [&](const SurfacePoint& at, const Eigen::Vector3d&, int&) { return length[at.patch]; });
+    constexpr int kUnused = -1;
+    std::vector<int> vertex(meshes.num_vertices(), kUnused);
     std::vector<Triangle> triangles;
-    const std::vector<int> pieces = pieces_per_curve(model_, cells);
-    // Vertices: model vertices, then the inside of each curve, then that of each patch.
-    std::vector<int> first_on_curve;
-    for (const ModelVertex& v : model_.vertices()) points_.push_back(v.point);
-    for (int c = 0; c < static_cast<int>(model_.curves().size()); ++c) {
-        first_on_curve.push_back(static_cast<int>(points_.size()));
-        for (int i = 1; i < pieces[c]; ++i)
-            points_.push_back(model_.position(model_.on_curve(c, 0, static_cast<double>(i) / pieces[c])));
-    }
-    const auto curve_vertex = [&](int c, int i) { return first_on_curve[c] + i - 1; };
-    for (int p = 0; p < model_.num_patches(); ++p) {
-        const Domain domain = model_.patch(p).domain();
-        const int n = pieces[model_.loops(p)[0][0].curve], m = pieces[model_.loops(p)[0][3].curve];
-        const auto uniform = [&](int i, int j) {
-            // The ends are the domain's own numbers, so that a side is recognised exactly.
-            const Eigen::Vector2d s{static_cast<double>(i) / n, static_cast<double>(j) / m};
-            return Eigen::Vector2d(
-                i == n ? domain.max.x() : domain.min.x() + s.x() * (domain.max.x() - domain.min.x()),
-                j == m ? domain.max.y() : domain.min.y() + s.y() * (domain.max.y() - domain.min.y()));
-        };
-        std::vector<int> id((n + 1) * (m + 1));
-        std::vector<Eigen::Vector2d> uv((n + 1) * (m + 1));
-        const int corner[4] = {0, n, m * (n + 1) + n, m * (n + 1)};
-        for (int j = 0; j <= m; ++j)
-            for (int i = 0; i <= n; ++i) uv[j * (n + 1) + i] = uniform(i, j);
-        for (int k = 0; k < 4; ++k) id[corner[k]] = model_.start_of(model_.loops(p)[0][k]);
-        for (int j = 1; j < m; ++j)
-            for (int i = 1; i < n; ++i) {
-                id[j * (n + 1) + i] = static_cast<int>(points_.size());
-                points_.push_back(model_.patch(p).position(uniform(i, j)));
-            }
-        for (int s = 0; s < 4; ++s) {
-            const auto [c, use] = model_.loops(p)[0][s];
-            const ModelCurve& curve = model_.curves()[c];
-            const int count = pieces[c];
-            for (int i = 1; i < count; ++i) {
-                const int at = s == 0 ? i : s == 2 ? m * (n + 1) + i : s == 3 ? i * (n + 1) : i * (n + 1) + n;
-                if (curve.kind == CurveKind::Pole) {
-                    id[at] = curve.ends[0];
-                    continue;
-                }
-                const int k = curve.uses[use].reversed != (s >= 2) ? count - i : i;
-                id[at] = curve_vertex(c, k);
-                uv[at] = model_.on_curve(c, use, static_cast<double>(k) / count).uv;
-            }
-        }
-        const auto add = [&](int a, int b, int c) {
-            if (id[a] == id[b] || id[b] == id[c] || id[c] == id[a]) return;
-            if (model_.flipped(p)) std::swap(b, c);
-            triangles.push_back({id[a], id[b], id[c]});
-            patch_.push_back(p);
-            uv_.push_back({uv[a], uv[b], uv[c]});
-        };
-        for (int j = 0; j < m; ++j)
-            for (int i = 0; i < n; ++i) {
-                const int a = j * (n + 1) + i, b = a + 1, c = a + n + 2, d = a + n + 1;
-                // The shorter diagonal; at a corner of the patch the one that ends there, as the other one joins two
-                // curves, and a second patch between the same curves would have it too.
-                const bool left = i == 0, right = i == n - 1, bottom = j == 0, top = j == m - 1;
-                const bool through_ac = (left && bottom) || (right && top),
-                           through_bd = (right && bottom) || (left && top);
-                const bool shorter =
-                    (points_[id[a]] - points_[id[c]]).squaredNorm() <= (points_[id[b]] - points_[id[d]]).squaredNorm();
-                if (through_ac || (shorter && !through_bd)) {
-                    add(a, b, c);
-                    add(a, c, d);
-                } else {
-                    add(a, b, d);
-                    add(b, c, d);
-                }
-            }
-    }
-    // Points of pole curves are not used: drop them.
-    std::vector<int> renumber(points_.size(), -1);
-    int used = 0;
-    for (Triangle& t : triangles)
-        for (int& v : t) renumber[v] = 0;
-    for (std::size_t v = 0; v < points_.size(); ++v)
-        if (renumber[v] == 0) {
-            renumber[v] = used;
-            points_[used++] = points_[v];
-        }
-    points_.resize(used);
-    for (Triangle& t : triangles)
-        for (int& v : t) v = renumber[v];
-    mesh_ = Connectivity(used, triangles);
-    find_borders();
-    sizes_.assign(used, std::numeric_limits<double>::infinity());
-    for (int t = 0; t < mesh_.num_triangles(); ++t)
+    meshes.for_each_triangle([&](int p, const std::array<int, 3>& corners) {
+        const PatchMesh& mesh = meshes.patches()[p];
+        Triangle& t = triangles.emplace_back();
         for (int k = 0; k < 3; ++k) {
-            double& h = sizes_[mesh_.origin(3 * t + k)];
-            h = std::min(h, size_at(model_, rule_, {patch_[t], uv_[t][k]}));
+            int& v = vertex[mesh.number[corners[k]]];
+            if (v == kUnused) {
+                v = static_cast<int>(points_.size());
+                points_.push_back(model_.position({p, mesh.uv[corners[k]]}));
+            }
+            t[k] = v;
         }
+        patch_.push_back(p);
+        uv_.push_back({mesh.uv[corners[0]], mesh.uv[corners[1]], mesh.uv[corners[2]]});
+    });
+    mesh_ = Connectivity(static_cast<int>(points_.size()), triangles);
+    find_borders();
+    sizes_.assign(points_.size(), std::numeric_limits<double>::infinity());
+    for (int p = 0; p < model_.num_patches(); ++p) {
+        const PatchMesh& mesh = meshes.patches()[p];
+        for (std::size_t i = 0; i < mesh.uv.size(); ++i)
+            if (const int v = vertex[mesh.number[i]]; v != kUnused)
+                sizes_[v] = std::min(sizes_[v], size_at(model_, rule_, {p, mesh.uv[i]}));
+    }
 }
 
 void Builder::start_from(const Background& background, std::span<const double> sizes) {
@@ -337,6 +288,15 @@ SurfacePoint Builder::middle_of(int h) const {
     return {patch_[h / 3], (a + b) / 2};
 }
 
+// What means nothing at a pole is that of the other corners.
+SurfacePoint Builder::centre_of(int t) const {
+    Eigen::Vector2d sum(0, 0), count(0, 0);
+    for (int k = 0; k < 3; ++k)
+        for (int axis = 0; axis < 2; ++axis)
+            if (pole_[t][k] != axis) sum[axis] += uv_[t][k][axis], count[axis] += 1;
+    return {patch_[t], sum.cwiseQuotient(count.cwiseMax(1))};
+}
+
 // The same point in the parameters of the neighbouring triangle.
 SurfacePoint Builder::other_side_of(int h, const SurfacePoint& middle) const {
     return mesh_.tag(h) < 0 ? middle : middle_of(mesh_.twin(h));
@@ -427,8 +387,7 @@ bool Builder::misrepresented(int t, const BackgroundOptions& options, double* er
     const Eigen::Vector3d cross = (points_[v[1]] - points_[v[0]]).cross(points_[v[2]] - points_[v[0]]);
     if (metric_length(reach, smallest, smallest) <= options.finest) {
         // The mesh cannot show the map in more detail, but a size below all corners may hide inside.
-        const SurfacePoint centre{patch_[t], (uv_[t][0] + uv_[t][1] + uv_[t][2]) / 3};
-        return reach > options.finest * exact_size(centre);
+        return reach > options.finest * exact_size(centre_of(t));
     }
     if (cross.norm() < kLeastAspect * reach * reach) return true;
     for (int h = 3 * t; h < 3 * t + 3; ++h) {
@@ -444,7 +403,7 @@ bool Builder::misrepresented(int t, const BackgroundOptions& options, double* er
         if (deviation > options.size_tolerance) return true;
         *error = std::max(*error, deviation);
     }
-    const double centre = exact_size({patch_[t], (uv_[t][0] + uv_[t][1] + uv_[t][2]) / 3});
+    const double centre = exact_size(centre_of(t));
     const double deviation = std::abs(std::log(3 * centre / (sizes_[v[0]] + sizes_[v[1]] + sizes_[v[2]])));
     if (deviation > options.size_tolerance) return true;
     *error = std::max(*error, deviation);
@@ -499,7 +458,7 @@ SizedBackground make_background(const SurfaceModel& model, const SizingRule& rul
         throw std::invalid_argument("make_background: tolerances must be positive");
     Builder builder(model, rule);
     const double share = std::min(1.0, static_cast<double>(SurfaceModel::kMany) / std::max(model.num_patches(), 1));
-    builder.start_from_grid(std::max(2, static_cast<int>(std::lround(options.cells * std::sqrt(share)))));
+    builder.start(options.cells * std::sqrt(share));
     // Refining for sizes that will be refused in the end takes long: the first grid tells the order of magnitude.
     if (const double expected = builder.unit_triangles(); expected > 2 * options.max_unit_triangles)
         throw std::length_error(fmt::format("the sizes ask for about {:.15g} triangles, more than {:.0f}",

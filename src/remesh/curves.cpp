@@ -1,8 +1,9 @@
 #include "gradus/remesh/curves.hpp"
 
+#include "../control/patch_meshes.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace gradus {
 
@@ -81,19 +82,14 @@ std::vector<double> equal_pieces(const Integral& integral, int pieces) {
 
 std::vector<std::vector<double>> discretise_curves(const SurfaceModel& model, const ControlSpace& control) {
     const auto& curves = model.curves();
-    std::map<std::pair<int, int>, int> straight;  // curves of one piece between two vertices
     std::vector<Integral> integrals(curves.size());
     std::vector<int> pieces(curves.size(), 0);
     for (std::size_t c = 0; c < curves.size(); ++c) {
         if (curves[c].kind == CurveKind::Pole) continue;
         integrals[c] = Integrator(model, control, static_cast<int>(c)).run();
-        const auto [a, b] = std::minmax(curves[c].ends[0], curves[c].ends[1]);
-        // A curve that returns to its start needs three pieces, two curves between the same vertices two each, and so
-        // does a seam: the patch lies on both its sides.
-        const bool seam = curves[c].uses.size() == 2 && curves[c].uses[0].patch == curves[c].uses[1].patch;
-        pieces[c] = std::max(a == b ? 3 : seam ? 2 : 1, static_cast<int>(std::lround(integrals[c].length.back())));
-        if (pieces[c] == 1 && ++straight[{a, b}] > 1) pieces[c] = 2;
+        pieces[c] = static_cast<int>(std::lround(integrals[c].length.back()));
     }
+    cut_into_polygons(model, pieces);
     std::vector<std::vector<double>> t(curves.size());
     for (std::size_t c = 0; c < curves.size(); ++c)
         if (pieces[c] > 0) t[c] = equal_pieces(integrals[c], pieces[c]);

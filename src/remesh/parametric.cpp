@@ -1,264 +1,21 @@
 #include "gradus/remesh/parametric.hpp"
 
+#include "../control/patch_meshes.hpp"
 #include "editor.hpp"
-#include "gradus/plane/delaunay.hpp"
 #include "gradus/remesh/curves.hpp"
 #include "optimise.hpp"
 
 #include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <stdexcept>
 
 namespace gradus {
 
 namespace {
-
-constexpr double kTarget =
-    1.01;  // lengths asked of the generator, whose edges come out somewhat short where the metric varies
-constexpr int kRepairRounds = 20;
-
-// Numbers of the vertices that patches share: model vertices first, then the inner points of each curve.
-struct SharedVertices {
-    std::vector<std::vector<double>> t;  // parameters along each curve
-    std::vector<int> first;              // number of the first inner point of each curve
-    int count = 0;
-
-    SharedVertices(const SurfaceModel& model, const ControlSpace& control) : t(discretise_curves(model, control)) {
-        count = static_cast<int>(model.vertices().size());
-        for (const auto& parameters : t) {
-            first.push_back(count);
-            count += std::max(0, static_cast<int>(parameters.size()) - 2);
-        }
-    }
-    int on_curve(const SurfaceModel& model, int curve, int i) const {
-        const int last = static_cast<int>(t[curve].size()) - 1;
-        return i == 0      ? model.curves()[curve].ends[0]
-               : i == last ? model.curves()[curve].ends[1]
-                           : first[curve] + i - 1;
-    }
-};
-
-// The mesh of one patch: shared vertices by their number, inner ones from `inner` on, still to be numbered.
-struct PatchMesh {
-    std::vector<Eigen::Vector2d> uv;
-    std::vector<int> cell;    // triangle of the control space under each point
-    std::vector<int> number;  // of shared vertices; -1: inner
-    std::vector<std::array<int, 3>> triangles;
-    std::vector<std::array<int, 2>> poles;  // sides that are a point in space
-};
-
-PatchMesh mesh_patch(const SurfaceModel& model, const ControlSpace& control, const SharedVertices& shared, int p) {
-    PatchMesh result;
-    PlanarDomain domain;
-    const auto add = [&](const SurfacePoint& at, int number) {
-        domain.points.push_back(at.uv);
-        domain.hints.push_back(control.locate(at));
-        result.number.push_back(number);
-    };
-    std::vector<std::size_t> poles;  // segments
-    // Once around each loop: every use without its last point. A pole is one segment.
-    for (const std::vector<UseRef>& loop : model.loops(p)) {
-        const int first = static_cast<int>(domain.points.size());
-        for (const UseRef& ref : loop) {
-            const auto [c, u] = ref;
-            const bool reversed = model.use(ref).reversed;
-            add(model.on_curve(c, u, reversed ? 1 : 0), model.start_of(ref));
-            if (model.curves()[c].kind == CurveKind::Pole) {
-                poles.push_back(domain.points.size() - 1);
-                continue;
-            }
-            const int last = static_cast<int>(shared.t[c].size()) - 1;
-            for (int k = 1; k < last; ++k) {
-                const int i = reversed ? last - k : k;
-                add(model.on_curve(c, u, shared.t[c][i]), shared.on_curve(model, c, i));
-            }
-        }
-        const int end = static_cast<int>(domain.points.size());
-        for (int i = first; i < end; ++i) domain.segments.push_back({i, i + 1 < end ? i + 1 : first});
-    }
-    for (const std::size_t pole : poles) result.poles.push_back(domain.segments[pole]);
-
-    const ParametricSurface& patch = model.patch(p);
-    const MetricField metric = [&](const Eigen::Vector2d& uv, int& hint) {
-        const Jet1 jet = patch.jet1(uv);
-        if (hint < 0) hint = control.locate({p, uv});
-        const double h = control.size(jet.p, hint);
-        const double F = jet.du.dot(jet.dv);
-        Eigen::Matrix2d M;
-        M << jet.du.squaredNorm(), F, F, jet.dv.squaredNorm();
-        return Eigen::Matrix2d(M / (h * h));
-    };
-    PlanarMesh planar = mesh_domain(domain, metric, {.target = kTarget});
-    result.uv = std::move(planar.points);
-    result.cell = std::move(planar.hints);
-    result.triangles = std::move(planar.triangles);
-    result.number.resize(result.uv.size(), -1);
-    return result;
-}
-
-// Cuts edge (a, b) of a patch mesh in its middle.
-void cut_edge(PatchMesh& mesh, int a, int b) {
-    const int m = static_cast<int>(mesh.uv.size());
-    mesh.uv.push_back((mesh.uv[a] + mesh.uv[b]) / 2);
-    mesh.cell.push_back(mesh.cell[a]);
-    mesh.number.push_back(-1);
-    const std::size_t before = mesh.triangles.size();
-    for (std::size_t t = 0; t < before; ++t)
-        for (int k = 0; k < 3; ++k) {
-            auto& v = mesh.triangles[t];
-            const int x = v[k], y = v[(k + 1) % 3], z = v[(k + 2) % 3];
-            if ((x == a && y == b) || (x == b && y == a)) {
-                v = {x, m, z};
-                mesh.triangles.push_back({m, y, z});
-                break;
-            }
-        }
-}
-
-void split_in_middle(PatchMesh& mesh, int t) {
-    const auto [a, b, c] = mesh.triangles[t];
-    const int m = static_cast<int>(mesh.uv.size());
-    mesh.uv.push_back((mesh.uv[a] + mesh.uv[b] + mesh.uv[c]) / 3);
-    mesh.cell.push_back(mesh.cell[a]);
-    mesh.number.push_back(-1);
-    mesh.triangles[t] = {a, b, m};
-    mesh.triangles.push_back({b, c, m});
-    mesh.triangles.push_back({c, a, m});
-}
-
-struct EdgeUse {
-    std::array<int, 2> ends;  // global numbers, in the direction of the triangle
-    int patch;
-    std::array<int, 2> local;
-};
-
-// Edges inside patches that two patches would share, or that join a vertex to itself (on a seam), are cut: the same two
-// vertices may have only one edge. Triangles on the side of a pole have lost that side and vanish.
-class Assembly {
-  public:
-    Assembly(const SurfaceModel& model, const SharedVertices& shared, std::vector<PatchMesh> patches)
-        : model_(model), patches_(std::move(patches)), shared_(shared.count), count_(shared.count) {
-        for (PatchMesh& mesh : patches_) number_inner(mesh);
-        split_twin_triangles();
-        for (int round = 0; round < kRepairRounds && cut_conflicts(); ++round) {
-        }
-    }
-
-    std::vector<Triangle> triangles() const {
-        std::vector<Triangle> all;
-        for (int p = 0; p < static_cast<int>(patches_.size()); ++p)
-            for (const auto& t : patches_[p].triangles) {
-                Triangle v{patches_[p].number[t[0]], patches_[p].number[t[1]], patches_[p].number[t[2]]};
-                if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
-                if (model_.flipped(p)) std::swap(v[1], v[2]);
-                all.push_back(v);
-            }
-        return all;
-    }
-    int num_vertices() const { return count_; }
-    const std::vector<PatchMesh>& patches() const { return patches_; }
-
-  private:
-    void number_inner(PatchMesh& mesh) {
-        for (int& number : mesh.number)
-            if (number < 0) number = count_++;
-    }
-
-    bool is_pole(int p, int a, int b) const {
-        return std::any_of(patches_[p].poles.begin(), patches_[p].poles.end(), [&](const std::array<int, 2>& pole) {
-            return (pole[0] == a && pole[1] == b) || (pole[0] == b && pole[1] == a);
-        });
-    }
-
-    bool cut_conflicts() {
-        std::vector<EdgeUse> uses, conflicts;
-        for (int p = 0; p < static_cast<int>(patches_.size()); ++p) {
-            const PatchMesh& mesh = patches_[p];
-            const bool flipped = model_.flipped(p);
-            for (const auto& t : mesh.triangles) {
-                bool vanishes = false;
-                for (int k = 0; k < 3; ++k) {
-                    const int a = t[k], b = t[(k + 1) % 3];
-                    if (mesh.number[a] != mesh.number[b]) continue;
-                    vanishes = true;
-                    if (!is_pole(p, a, b)) conflicts.push_back({{mesh.number[a], mesh.number[b]}, p, {a, b}});
-                }
-                if (vanishes) continue;
-                for (int k = 0; k < 3; ++k) {
-                    int a = t[k], b = t[(k + 1) % 3];
-                    // Only vertices on curves are in several places.
-                    if (mesh.number[a] >= shared_ && mesh.number[b] >= shared_) continue;
-                    if (flipped) std::swap(a, b);
-                    uses.push_back({{mesh.number[a], mesh.number[b]}, p, {a, b}});
-                }
-            }
-        }
-        std::sort(uses.begin(), uses.end(), [](const EdgeUse& x, const EdgeUse& y) {
-            return std::tie(x.ends, x.patch, x.local) < std::tie(y.ends, y.patch, y.local);
-        });
-        const auto inside = [&](const EdgeUse& e) {
-            // On the border of its patch an edge has one triangle there: it has no twin with the same local ends.
-            const std::array<int, 2> back{e.ends[1], e.ends[0]}, local{e.local[1], e.local[0]};
-            const auto first =
-                std::lower_bound(uses.begin(), uses.end(), back,
-                                 [](const EdgeUse& x, const std::array<int, 2>& ends) { return x.ends < ends; });
-            for (auto i = first; i != uses.end() && i->ends == back; ++i)
-                if (i->patch == e.patch && i->local == local) return true;
-            return false;
-        };
-        for (std::size_t i = 0; i < uses.size();) {
-            std::size_t j = i;
-            while (j < uses.size() && uses[j].ends == uses[i].ends) ++j;
-            if (j - i > 1)
-                for (std::size_t k = i; k < j; ++k)
-                    if (inside(uses[k])) conflicts.push_back(uses[k]);
-            i = j;
-        }
-        if (conflicts.empty()) return false;
-        std::vector<std::pair<int, std::array<int, 2>>> cut;
-        for (const EdgeUse& e : conflicts)
-            cut.push_back({e.patch, {std::min(e.local[0], e.local[1]), std::max(e.local[0], e.local[1])}});
-        std::sort(cut.begin(), cut.end());
-        cut.erase(std::unique(cut.begin(), cut.end()), cut.end());
-        for (const auto& [p, ends] : cut) {
-            cut_edge(patches_[p], ends[0], ends[1]);
-            number_inner(patches_[p]);
-        }
-        return true;
-    }
-
-    // Two triangles on the same three vertices enclose nothing: each gets a point in its middle. Only corners that
-    // patches share can be those of two triangles, and these are numbered first.
-    void split_twin_triangles() {
-        std::map<std::array<int, 3>, std::vector<std::pair<int, int>>> by_corners;  // patch and triangle
-        for (int p = 0; p < static_cast<int>(patches_.size()); ++p)
-            for (int t = 0; t < static_cast<int>(patches_[p].triangles.size()); ++t) {
-                const auto& v = patches_[p].triangles[t];
-                const auto& number = patches_[p].number;
-                std::array<int, 3> corners{number[v[0]], number[v[1]], number[v[2]]};
-                std::sort(corners.begin(), corners.end());
-                if (corners[0] < corners[1] && corners[1] < corners[2] && corners[2] < shared_)
-                    by_corners[corners].emplace_back(p, t);
-            }
-        for (const auto& [corners, uses] : by_corners)
-            if (uses.size() > 1)
-                for (const auto& [p, t] : uses) {
-                    split_in_middle(patches_[p], t);
-                    number_inner(patches_[p]);
-                }
-    }
-
-    const SurfaceModel& model_;
-    std::vector<PatchMesh> patches_;
-    int shared_;  // vertices that patches share: the first ones
-    int count_;
-};
 
 Vertex vertex_from(const Foot& foot) {
     Vertex v;
@@ -280,7 +37,7 @@ bool is_tip(const SurfaceModel& model, int pole) {
 }
 
 std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport& support, const ControlSpace& control,
-                                   const SharedVertices& shared, const Assembly& assembly) {
+                                   const CutCurves& curves, const PatchMeshes& assembly) {
     std::vector<Vertex> vertices(assembly.num_vertices());
     const int corners = static_cast<int>(model.vertices().size());
     std::vector<char> on_feature(corners, 0), on_crease(corners, 0);
@@ -306,28 +63,27 @@ std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport
     }
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
         const bool feature = is_feature(model.curves()[c].kind);
-        for (int i = 1; i + 1 < static_cast<int>(shared.t[c].size()); ++i) {
-            const SurfacePoint at = model.on_curve(c, 0, shared.t[c][i]);
-            Vertex& v = vertices[shared.on_curve(model, c, i)];
-            v = vertex_from(support.foot({at, feature ? c : -1, shared.t[c][i], control.locate(at)}));
+        for (int i = 1; i + 1 < static_cast<int>(curves.t[c].size()); ++i) {
+            const SurfacePoint at = model.on_curve(c, 0, curves.t[c][i]);
+            Vertex& v = vertices[curves.number(model, c, i)];
+            v = vertex_from(support.foot({at, feature ? c : -1, curves.t[c][i], control.locate(at)}));
             v.bound = feature ? Bound::Curve : Bound::Free;
         }
     }
     for (int p = 0; p < model.num_patches(); ++p) {
         const PatchMesh& mesh = assembly.patches()[p];
         for (std::size_t i = 0; i < mesh.uv.size(); ++i)
-            if (mesh.number[i] >= shared.count)
+            if (mesh.number[i] >= curves.count)
                 vertices[mesh.number[i]] = vertex_from(support.foot({{p, mesh.uv[i]}, -1, 0, mesh.cell[i]}));
     }
     return vertices;
 }
 
-void tag_features(const SurfaceModel& model, const PatchSupport& support, const SharedVertices& shared,
-                  Connectivity& mesh) {
+void tag_features(const SurfaceModel& model, const PatchSupport& support, const CutCurves& curves, Connectivity& mesh) {
     for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
         if (!is_feature(model.curves()[c].kind)) continue;
-        for (int i = 0; i + 1 < static_cast<int>(shared.t[c].size()); ++i) {
-            const int edge = mesh.find_edge(shared.on_curve(model, c, i), shared.on_curve(model, c, i + 1));
+        for (int i = 0; i + 1 < static_cast<int>(curves.t[c].size()); ++i) {
+            const int edge = mesh.find_edge(curves.number(model, c, i), curves.number(model, c, i + 1));
             if (edge < 0)
                 throw std::logic_error("remesh: a piece of curve " + std::to_string(c) + " is not in the mesh");
             mesh.set_tag(edge, support.chain_of(c));
@@ -414,16 +170,17 @@ RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, cons
     if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
 
     StageClock clock(statistics.seconds);
-    const SharedVertices shared(model, control);
+    const CutCurves curves(model, discretise_curves(model, control));
     clock.done("curves");
-    std::vector<PatchMesh> patches(model.num_patches());
-    tbb::parallel_for(0, model.num_patches(), [&](int p) { patches[p] = mesh_patch(model, control, shared, p); });
+    const PatchMeshes assembly(model, curves, [&](const SurfacePoint& at, const Eigen::Vector3d& point, int& hint) {
+        if (hint < 0) hint = control.locate(at);
+        return control.size(point, hint);
+    });
     clock.done("generation");
-    const Assembly assembly(model, shared, std::move(patches));
     const PatchSupport support(model, control);
     Connectivity mesh(assembly.num_vertices(), assembly.triangles());
-    tag_features(model, support, shared, mesh);
-    Editor editor(support, place_vertices(model, support, control, shared, assembly), std::move(mesh));
+    tag_features(model, support, curves, mesh);
+    Editor editor(support, place_vertices(model, support, control, curves, assembly), std::move(mesh));
     statistics.generated_triangles = editor.mesh().num_live_triangles();
     clock.done("assembly");
 

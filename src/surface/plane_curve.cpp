@@ -45,20 +45,27 @@ double PlaneCurve::parameter(const Vector2d& uv) const {
             least = d, nearest = k;
     // The foot lies between the neighbours of the nearest sample: Newton's method without the second derivative, kept
     // in a bracket that shrinks.
-    double low = std::max(nearest - 1, 0) / static_cast<double>(kSamples),
-           high = std::min(nearest + 1, kSamples) / static_cast<double>(kSamples);
-    double t = static_cast<double>(nearest) / kSamples;
-    for (int step = 0; step < kSteps; ++step) {
-        const Vector2d along = duv(t);
-        const double slope = along.dot(this->uv(t) - uv), square = along.squaredNorm();
-        if (slope == 0) break;
-        (slope > 0 ? high : low) = t;
-        const double newton = square > 0 ? t - slope / square : low;
-        const double next = newton > low && newton < high ? newton : (low + high) / 2;
-        if (std::abs(next - t) < 1e-16) break;
-        t = next;
-    }
-    return t;
+    const auto foot_near = [&](int sample) {
+        double low = std::max(sample - 1, 0) / static_cast<double>(kSamples),
+               high = std::min(sample + 1, kSamples) / static_cast<double>(kSamples);
+        double t = static_cast<double>(sample) / kSamples;
+        for (int step = 0; step < kSteps; ++step) {
+            const Vector2d along = duv(t);
+            const double slope = along.dot(this->uv(t) - uv), square = along.squaredNorm();
+            if (slope == 0) break;
+            (slope > 0 ? high : low) = t;
+            const double newton = square > 0 ? t - slope / square : low;
+            const double next = newton > low && newton < high ? newton : (low + high) / 2;
+            if (std::abs(next - t) < 1e-16) break;
+            t = next;
+        }
+        return t;
+    };
+    const double t = foot_near(nearest);
+    if (nearest > 0 && nearest < kSamples) return t;
+    // Where the curve returns to its start the foot may be on either side.
+    const double other = foot_near(kSamples - nearest);
+    return (this->uv(other) - uv).squaredNorm() < (this->uv(t) - uv).squaredNorm() ? other : t;
 }
 
 std::unique_ptr<const PlaneCurve> straight_image(const Vector2d& a, const Vector2d& b) {

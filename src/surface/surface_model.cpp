@@ -113,6 +113,7 @@ struct SurfaceModel::Builder {
             if (area < -rounding)
                 throw std::invalid_argument("loops of " + name_of_patch(i) + " have it on their right");
             if (!(area > rounding)) throw std::invalid_argument(name_of_patch(i) + " has zero area");
+            model.areas_.push_back(area);
             all.extend(here);
         }
         if (model.num_patches() == 0) return;

@@ -134,9 +134,10 @@ TEST_CASE("The size at a vertex is the one given, from every patch around it", "
             for (int k = 0; k < 3; ++k) {
                 const double exact = map.sizes[triangles[t][k]];
                 int walked = t;
-                by_place = std::max(
-                    by_place,
-                    std::abs(space.size(SurfacePoint{map.background.patch[t], map.background.uv[t][k]}) / exact - 1));
+                const SurfacePoint at{map.background.patch[t], map.background.uv[t][k]};
+                CAPTURE(at.uv.transpose(), points[triangles[t][k]].transpose());
+                by_place = std::max(by_place, std::abs(space.size(at) / exact - 1));
+                CHECK(by_place <= 1e-6);
                 by_point = std::max(by_point, std::abs(space.size(points[triangles[t][k]], walked) / exact - 1));
             }
         CHECK(by_place <= 1e-6);

@@ -40,6 +40,7 @@ TEST_CASE("Curves are cut into pieces of equal metric length, as near to 1 as a 
                 CHECK(cuts[c].empty());
                 continue;
             }
+            CAPTURE(c, cuts[c].size());
             const auto& t = cuts[c];
             REQUIRE(t.size() >= 2);
             CHECK(t.front() == 0);

@@ -90,4 +90,14 @@ SurfaceModel two_hemispheres(double radius = 1);                        ///< eas
 /// A sphere whose parameter u is 1 / stretch of the longitude, so that |S_u| / |S_v| = stretch on the equator.
 Patch stretched_sphere(double stretch = 1000, double radius = 1);
 
+// -- Trimmed patches
+// ---------------------------------------------------------------------------------------------------------------
+
+SurfaceModel plate_with_hole(double radius = 0.2);  ///< the unit square with a round hole
+SurfaceModel disc_in_square(double radius = 0.2);   ///< the hole filled: a smooth circle in the plane
+/// The unit sphere without a disc of its parameters.
+SurfaceModel sphere_with_hole(double latitude = 0.3, double radius = 0.5);
+/// A block over the unit square with a cylindrical bore.
+SurfaceModel bored_block(double radius = 0.2, double height = 0.4);
+
 }  // namespace gradus::models

@@ -120,6 +120,30 @@ std::vector<Kind> zoo() {
                      .size = 0.15,
                      .loops = 2,
                      .off_surface = off_cylinder});
+    kinds.push_back({.name = "plate with hole",
+                     .make = [] { return plate_with_hole(); },
+                     .area = 1 - pi * 0.04,
+                     .size = 0.05,
+                     .loops = 2,
+                     .off_surface = off_plane});
+    kinds.push_back({.name = "disc in square",
+                     .make = [] { return disc_in_square(); },
+                     .area = 1,
+                     .size = 0.05,
+                     .loops = 1,
+                     .off_surface = off_plane});
+    kinds.push_back({.name = "sphere with hole",
+                     .make = [] { return sphere_with_hole(); },
+                     .area = 4 * pi - std::cos(0.3) * 2 * pi * 0.5 * std::cyl_bessel_j(1, 0.5),
+                     .size = 0.1,
+                     .loops = 1,
+                     .off_surface = off_sphere});
+    kinds.push_back({.name = "bored block",
+                     .make = [] { return bored_block(); },
+                     .area = 2 * (1 - pi * 0.04) + 4 * 0.4 + 2 * pi * 0.2 * 0.4,
+                     .size = 0.05,
+                     .genus = 1,
+                     .creases = 14});
     return kinds;
 }
 

@@ -362,3 +362,98 @@ TEST_CASE("An empty model and thousands of patches are fine", "[surface]") {
     CHECK(static_cast<int>(model.vertices().size()) == (n + 1) * (n + 1));
     CHECK(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < 5);
 }
+
+TEST_CASE("Trimmed patches have their topology, areas and ways out", "[surface][exact]") {
+    const SurfaceModel plate = models::plate_with_hole(0.2);
+    check_consistent(plate, 1e-14);
+    CHECK(count(plate, CurveKind::Boundary) == 5);
+    CHECK(plate.area(0) == Approx(1 - pi * 0.04).epsilon(1e-9));
+    CHECK(total_length(plate, CurveKind::Boundary) == Approx(4 + 2 * pi * 0.2));
+    CHECK(plate.contains({0, {0.3, 0.7}}));
+    CHECK(!plate.contains({0, {0.65, 0.4}}));
+    CHECK(!plate.contains({0, {1.1, 0.4}}));
+    // From the left into the hole, from inside a small step, and from its rim away from it.
+    const auto into = plate.exit({0, {0.1, 0.35}}, {0.8, 0});
+    REQUIRE(into);
+    CHECK(into->fraction * 0.8 == Approx(0.35));
+    CHECK(into->t == Approx(0.5));
+    CHECK(into->use == plate.loops(0)[1][0]);
+    CHECK(!plate.exit({0, {0.1, 0.35}}, {0.3, 0}));
+    CHECK(!plate.exit(plate.on_curve(into->use.curve, 0, 0.3), {-0.1, 0.1}));
+    CHECK(plate.exit(plate.on_curve(into->use.curve, 0, 0.3), {0.05, -0.1})->fraction == Approx(0).margin(1e-9));
+
+    const SurfaceModel disc = models::disc_in_square(0.2);
+    check_consistent(disc, 1e-14);
+    CHECK(count(disc, CurveKind::Smooth) == 1);
+    CHECK(disc.num_components() == 1);
+    CHECK(disc.area(1) == Approx(pi * 0.04).epsilon(1e-9));
+
+    const SurfaceModel block = models::bored_block(0.2, 0.4);
+    check_consistent(block, 1e-14);
+    CHECK(count(block, CurveKind::Crease) == 14);
+    CHECK(count(block, CurveKind::Smooth) == 1);
+    // The bore looks inward, the walls outward.
+    CHECK(block.normal({2, {0, 0.2}}).isApprox(-Vector3d::UnitX(), 1e-12));
+    CHECK(block.normal({0, {0.1, 0.1}}).isApprox(-Vector3d::UnitZ(), 1e-12));
+
+    const SurfaceModel sphere = models::sphere_with_hole();
+    check_consistent(sphere, 1e-14);
+    CHECK(count(sphere, CurveKind::Pole) == 2);
+    CHECK(count(sphere, CurveKind::Boundary) == 1);
+}
+
+TEST_CASE("Steps leave a trimmed patch where brute force says", "[surface][property]") {
+    const SurfaceModel model = models::plate_with_hole(0.2);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> unit(0, 1);
+    const auto is_inside = [](const Vector2d& p) {
+        return (p.array() >= 0).all() && (p.array() <= 1).all() && (p - Vector2d(0.65, 0.35)).norm() >= 0.2;
+    };
+    for (int i = 0; i < 2000; ++i) {
+        const Vector2d from(unit(random), unit(random));
+        CHECK(model.contains({0, from}) == is_inside(from));
+        if (!is_inside(from)) continue;
+        const Vector2d step = Vector2d(unit(random) - 0.5, unit(random) - 0.5) * (i % 2 == 0 ? 1 : 0.1);
+        constexpr int n = 4000;
+        int k = 0;
+        while (k < n && is_inside(from + step * (k + 1.0) / n)) ++k;
+        const auto exit = model.exit({0, from}, step);
+        if (k == n) {
+            // A corner that is only grazed may fall between the samples.
+            if (exit) CHECK(!is_inside(from + step * (exit->fraction + 0.5 / n)));
+            continue;
+        }
+        REQUIRE(exit);
+        CHECK(exit->fraction == Approx((k + 0.5) / n).margin(1.0 / n));
+    }
+}
+
+TEST_CASE("Topologies that do not hold together are refused, by number", "[surface]") {
+    const auto square = [](auto&& change) {
+        Topology topology;
+        topology.patches.push_back({make_plane({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), {{}}});
+        const Vector2d corners[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+        for (int k = 0; k < 4; ++k) {
+            topology.curves.emplace_back();
+            topology.curves[k].uses.push_back({0, false, straight_image(corners[k], corners[(k + 1) % 4])});
+            topology.patches[0].loops[0].push_back({k, 0});
+        }
+        change(topology);
+        return SurfaceModel(std::move(topology));
+    };
+    CHECK_NOTHROW(square([](Topology&) {}));
+    CHECK_THROWS_WITH(square([](Topology& t) { t.patches[0].loops[0].pop_back(); }),
+                      Catch::Contains("curve 3 has a use in no loop"));
+    CHECK_THROWS_WITH(square([](Topology& t) { t.patches[0].loops[0][1] = {0, 0}; }), Catch::Contains("curve 0"));
+    CHECK_THROWS_WITH(square([](Topology& t) { t.patches[0].loops[0][1] = {7, 0}; }), Catch::Contains("curve 7"));
+    CHECK_THROWS_WITH(square([](Topology& t) { t.curves[2].uses.clear(); }), Catch::Contains("curve 2 has 0 uses"));
+    CHECK_THROWS_WITH(square([](Topology& t) {
+                          t.curves[2].uses[0].image = straight_image({1, 1}, {0, 0.5});
+                      }),
+                      Catch::Contains("does not end where the next curve of patch 0 begins"));
+    CHECK_THROWS_WITH(square([](Topology& t) {
+                          std::reverse(t.patches[0].loops[0].begin(), t.patches[0].loops[0].end());
+                          for (Topology::Curve& curve : t.curves) curve.uses[0].reversed = true;
+                      }),
+                      Catch::Contains("on their right"));
+}

@@ -53,7 +53,9 @@ class ControlSpace {
     struct Grid {
         Domain domain;
         int cells = 0;
-        std::vector<int> triangle;  // one per cell: a triangle near its middle
+        std::vector<int> first, triangles;  // those whose boxes overlap cell k: triangles[first[k]] to first[k + 1]
+
+        int index(const Eigen::Vector2d& uv, int axis) const;
     };
     void reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes);
     void add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& h,

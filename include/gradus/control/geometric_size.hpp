@@ -18,7 +18,7 @@ struct SizedBackground {
 };
 
 struct BackgroundOptions {
-    int cells = 8;  ///< squares along each side of a patch to begin with; fewer across a long patch, and more along it
+    int cells = 8;  ///< edges across a square patch to begin with; fewer of more patches than SurfaceModel::kMany
     double size_tolerance = 0.05;   ///< largest |ln(interpolated / exact size)| at edge middles and centroids
     double chord_tolerance = 0.05;  ///< largest gap between an edge and the surface above its middle, per edge length
     double finest = 1;              ///< edges of at most this metric length are never cut: the mesh could not show more
@@ -27,9 +27,9 @@ struct BackgroundOptions {
         std::numeric_limits<double>::infinity();  ///< refuse sizes for which a unit mesh needs about twice as many
 };
 
-/// Meshes every patch by a grid, then bisects longest edges, across patches, until the size map is represented.
-/// Sizes follow from the minimal radius of curvature of the surface, at curves the smallest of their sides; on creases
-/// and boundaries the curvature of the curve counts as well.
+/// Meshes every patch with edges of one length, then bisects longest edges, across patches, until the size map is
+/// represented. Sizes follow from the minimal radius of curvature of the surface, at curves the smallest of their
+/// sides; on creases and boundaries the curvature of the curve counts as well.
 /// @throws std::invalid_argument for a bad rule or options
 /// @throws std::length_error naming the estimate, made on the first grid, where max_unit_triangles is far exceeded
 SizedBackground make_background(const SurfaceModel& model, const SizingRule& rule,

@@ -106,6 +106,7 @@ class SurfaceModel {
     const std::vector<std::vector<UseRef>>& loops(int patch) const { return patches_[patch].loops; }
     /// True where the outside of the patch is -S_u x S_v, so that all patches of a component agree.
     bool flipped(int patch) const { return flipped_[patch]; }
+    double area(int patch) const { return areas_[patch]; }
     /// Connected component of a patch (by shared curves), 0-based.
     int component(int patch) const { return component_[patch]; }
     int num_components() const { return num_components_; }
@@ -152,6 +153,7 @@ class SurfaceModel {
 
     std::vector<Topology::Patch> patches_;
     std::vector<Border> borders_;  // one per patch
+    std::vector<double> areas_;
     std::vector<char> flipped_;
     std::vector<int> component_;
     int num_components_ = 0;
