@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,38 +9,11 @@
 
 #include "gradus/io/cage_files.hpp"
 #include "gradus/mesh/edge.hpp"
-#include "gradus/surface/glue.hpp"
 #include "session.hpp"
 
 namespace gradus::app {
 
 namespace {
-
-// Limit surfaces are of one tangent plane across all edges that are no creases, to the accuracy of the caps at
-// extraordinary vertices.
-constexpr double kCrease = 0.05;
-
-// The area vector of a face, whatever its shape.
-Eigen::Vector3d area_of(const Cage& cage, const std::vector<int>& face) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (std::size_t k = 1; k + 1 < face.size(); ++k)
-        sum += (cage.points[face[k]] - cage.points[face[0]]).cross(cage.points[face[k + 1]] - cage.points[face[0]]);
-    return sum;
-}
-
-// Edges at which faces meet at an angle of this or more, radians, are sharp.
-void add_creases(Cage& cage, double angle) {
-    std::map<std::array<int, 2>, Eigen::Vector3d> normal;
-    for (const std::vector<int>& face : cage.faces) {
-        const Eigen::Vector3d n = area_of(cage, face).stableNormalized();
-        for (std::size_t k = 0; k < face.size(); ++k) {
-            const int a = face[k], b = face[(k + 1) % face.size()];
-            const auto [known, is_new] = normal.emplace(edge_between(a, b), n);
-            if (!is_new && std::atan2(known->second.cross(n).norm(), known->second.dot(n)) >= angle)
-                cage.creases.push_back({known->first, Cage::kSharp});
-        }
-    }
-}
 
 SubdivisionScheme scheme_of(const CageChoice& choice) {
     return choice.scheme == name_of(SubdivisionScheme::Loop) ? SubdivisionScheme::Loop
@@ -83,19 +55,19 @@ LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice
         if (choice.crease_angle) {
             if (const std::string why = why_no_limit_surface(cage, scheme); !why.empty())
                 throw Failure(path + ": " + why);
-            add_creases(cage, *choice.crease_angle * std::numbers::pi / 180);
+            sharpen(cage, *choice.crease_angle * std::numbers::pi / 180);
         }
         if (choice.boundary == "none") cage.boundary = Cage::Boundary::None;
         if (choice.boundary == "edges") cage.boundary = Cage::Boundary::Edges;
         if (choice.boundary == "corners") cage.boundary = Cage::Boundary::EdgesAndCorners;
         LimitSurface surface = limit_surface(cage, scheme);
-        if (surface.patches.empty())
+        if (surface.topology.patches.empty())
             throw Failure(path +
                           ": no face of the cage has a limit surface; --cage-boundary edges gives boundaries one");
         std::vector<int> labels;
         for (const int face : surface.face)
             if (!cage.labels.empty()) labels.push_back(cage.labels[face]);
-        return {glue(std::move(surface.patches), {.crease_angle = kCrease}), std::move(labels)};
+        return {SurfaceModel(std::move(surface.topology)), std::move(labels)};
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());
     }

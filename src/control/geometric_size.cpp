@@ -40,6 +40,7 @@ double size_at(const SurfaceModel& model, const SizingRule& rule, const SurfaceP
 
 // Parameters that cut a curve into pieces of about the same length.
 std::vector<double> even_pieces(const SurfaceModel& model, int curve, int pieces) {
+    if (pieces == 1) return {0, 1};
     const int samples = 8 * pieces;
     std::vector<double> length{0};
     Eigen::Vector3d last = model.curve_point(curve, 0);
@@ -137,7 +138,10 @@ class Builder {
         return size_from_radius(rule_, minimal_radius(model_.patch(at.patch), at.uv));
     }
     double size_on_edge(int h, const SurfacePoint& middle) const;
-    double length(int h) const { return (points_[mesh_.origin(h)] - points_[mesh_.target(h)]).norm(); }
+    // Of the way over the surface, by two chords. Where parameters run into a cusp the chord between the ends may be
+    // shorter than those of its halves, and bisection by it has no end.
+    double length(int h) const { return way_[h / 3][h % 3]; }
+    void measure(int h);
     int longest_edge(int t) const;
     std::array<Eigen::Vector2d, 2> parameters_of(int h) const;
     SurfacePoint middle_of(int h) const;
@@ -162,6 +166,7 @@ class Builder {
         double t0 = 0, t1 = 0;
     };
     std::vector<std::array<OnCurve, 3>> border_;
+    std::vector<std::array<double, 3>> way_;        // of half-edges: see length()
     std::vector<std::array<signed char, 3>> pole_;  // of corners: the parameter that means nothing there, or -1
 };
 
@@ -264,6 +269,15 @@ void Builder::find_borders() {
             throw std::invalid_argument(
                 fmt::format("background: edge {}-{} lies on a curve of patch {} on one side only", mesh_.origin(h) + 1,
                             mesh_.target(h) + 1, patch_[h / 3] + 1));
+    way_.assign(mesh_.num_triangles(), {0, 0, 0});
+    for (int h = 0; h < 3 * mesh_.num_triangles(); ++h)
+        if (mesh_.twin(h) < h) measure(h);
+}
+
+void Builder::measure(int h) {
+    const Eigen::Vector3d middle = model_.position(middle_of(h));
+    way_[h / 3][h % 3] = (points_[mesh_.origin(h)] - middle).norm() + (middle - points_[mesh_.target(h)]).norm();
+    if (const int g = mesh_.twin(h); g >= 0) way_[g / 3][g % 3] = way_[h / 3][h % 3];
 }
 
 int Builder::longest_edge(int t) const {
@@ -336,14 +350,21 @@ void Builder::bisect(int h) {
         }
         border_[t][next] = {};
         border_.push_back(added);
+        way_.push_back({0, way_[t][next], 0});
         pole_.push_back(pole);
         pole_[t][next] = -1;
         uv_.push_back({uv, uv_[t][next], uv_[t][last]});
         patch_.push_back(patch_[t]);
         uv_[t][next] = uv;
     };
+    const int first_new = static_cast<int>(border_.size());
     cut(h, middle.uv);
     if (g >= 0) cut(g, beyond.uv);
+    // Both halves, and the edges from the middle to the corners opposite.
+    measure(h);
+    measure(3 * first_new);
+    measure(3 * first_new + 2);
+    if (g >= 0) measure(3 * (first_new + 1) + 2);
 }
 
 template <class Mark>

@@ -6,6 +6,7 @@
 #include <opensubdiv/far/topologyRefiner.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -36,33 +37,33 @@ struct Part {
     }
 };
 
-Part square(const Vector2d& low, double width) { return {low, {width, 0}, {0, width}, {0, 0}}; }
-
 // The quadrilateral of a corner, the middles of both edges there, and the middle of the face.
-Part corner_of_triangle(const Vector2d& before, const Vector2d& corner, const Vector2d& after) {
-    const Vector2d a = (corner + after) / 2, b = (corner + before) / 2, middle = (before + corner + after) / 3;
+Part part_at(const Vector2d& before, const Vector2d& corner, const Vector2d& after, const Vector2d& middle) {
+    const Vector2d a = (corner + after) / 2, b = (corner + before) / 2;
     return {corner, a - corner, b - corner, corner - a - b + middle};
 }
 
 // The parts of a face: the whole of a quadrilateral, or one at each corner.
 std::vector<Part> parts_of(const osd::Bfr::Parameterization& parameters, bool whole) {
-    if (whole) return {square({0, 0}, 1)};
+    if (whole) return {{{0, 0}, {1, 0}, {0, 1}, {0, 0}}};
     std::vector<Part> parts;
-    if (parameters.GetType() == osd::Bfr::Parameterization::TRI) {
-        const Vector2d corners[] = {{0, 0}, {1, 0}, {0, 1}};
-        for (int k = 0; k < 3; ++k)
-            parts.push_back(corner_of_triangle(corners[(k + 2) % 3], corners[k], corners[(k + 1) % 3]));
-    } else if (parameters.HasSubFaces()) {
-        for (int part = 0; part < parameters.GetFaceSize(); ++part) {
+    const int n = parameters.GetFaceSize();
+    if (parameters.HasSubFaces()) {
+        for (int part = 0; part < n; ++part) {
             const double zero[2] = {0, 0};
             double low[2];
             parameters.ConvertNormalizedSubFaceToCoord(part, zero, low);
-            parts.push_back(square({low[0], low[1]}, 0.5));
+            parts.push_back({{low[0], low[1]}, {0.5, 0}, {0, 0.5}, {0, 0}});
         }
-    } else {
-        for (const Vector2d& low : {Vector2d(0, 0), Vector2d(0.5, 0), Vector2d(0.5, 0.5), Vector2d(0, 0.5)})
-            parts.push_back(square(low, 0.5));
+        return parts;
     }
+    const bool is_triangle = parameters.GetType() == osd::Bfr::Parameterization::TRI;
+    const std::vector<Vector2d> corners = is_triangle ? std::vector<Vector2d>{{0, 0}, {1, 0}, {0, 1}}
+                                                      : std::vector<Vector2d>{{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    Vector2d middle(0, 0);
+    for (const Vector2d& corner : corners) middle += corner / n;
+    for (int k = 0; k < n; ++k)
+        parts.push_back(part_at(corners[(k + n - 1) % n], corners[k], corners[(k + 1) % n], middle));
     return parts;
 }
 
@@ -257,6 +258,95 @@ std::shared_ptr<const osd::Far::TopologyRefiner> refiner_of(const Cage& cage, Su
 
 }  // namespace
 
+namespace {
+
+// Curves of the limit surface, found by what they are of the cage: an edge, the half of an edge at a vertex, or the
+// line from the middle of an edge to the middle of a face.
+class CurvesOfCage {
+  public:
+    CurvesOfCage(const Cage& cage, Topology& topology) : topology_(topology) {
+        for (const Cage::Crease& crease : cage.creases)
+            if (crease.sharpness >= Cage::kSharp) sharp_.push_back(edge_between(crease.edge[0], crease.edge[1]));
+        for (const Cage::Corner& corner : cage.corners)
+            if (corner.sharpness >= Cage::kSharp) corners_.push_back(corner.vertex);
+        std::sort(sharp_.begin(), sharp_.end());
+        std::sort(corners_.begin(), corners_.end());
+    }
+
+    // The last patch is all of a face: its loop goes along the edges.
+    void bound_whole(const std::vector<int>& face) {
+        for (int k = 0; k < 4; ++k) {
+            const int a = face[k], b = face[(k + 1) % 4];
+            const Edge edge = edge_between(a, b);
+            use({edge, kWhole}, k, a != edge[0], is_sharp(edge));
+        }
+    }
+    // The last patch is the part at a corner of a face.
+    void bound_part(int number, const std::vector<int>& face, int corner) {
+        const int n = static_cast<int>(face.size()), v = face[corner];
+        const Edge next = edge_between(v, face[(corner + 1) % n]), last = edge_between(v, face[(corner + n - 1) % n]);
+        use({next, v == next[0] ? 0 : 1}, 0, false, is_sharp(next));
+        use({next, kFirstFace + number}, 1, false, false);
+        use({last, kFirstFace + number}, 2, true, false);
+        use({last, v == last[0] ? 0 : 1}, 3, true, is_sharp(last));
+    }
+    // Patches of OpenSubdiv 3.5 leave gaps where sharpness is averaged along creases: @throws naming the edge
+    void check_gaps(const std::vector<int>& face_of) const {
+        constexpr double kGap = 1e-6;  // of the length of the edge
+        for (const auto& [key, curve] : curves_) {
+            const std::vector<CurveUse>& uses = topology_.curves[curve].uses;
+            const auto point = [&](const CurveUse& use, double t) {
+                return topology_.patches[use.patch].surface->position(use.image->uv(t));
+            };
+            for (const double t : {0.0, 0.5, 1.0}) {
+                if (uses.size() < 2) continue;
+                const double length = (point(uses[0], 1) - point(uses[0], 0)).norm();
+                if ((point(uses[0], t) - point(uses[1], t)).norm() > kGap * length)
+                    throw std::invalid_argument("edge " + name(key.first) + ": the limit surfaces of faces " +
+                                                name(face_of[uses[0].patch]) + " and " + name(face_of[uses[1].patch]) +
+                                                " do not meet there, with creases by Chaikin's rule");
+            }
+        }
+    }
+    // Ends of curves at vertices without a tangent plane.
+    void find_tips() {
+        for (const auto& [key, curve] : curves_) {
+            const auto& [edge, what] = key;
+            for (const int end : {0, 1}) {
+                const bool at_vertex = what == kWhole || (what == end && what < kWhole);
+                if (at_vertex && std::binary_search(corners_.begin(), corners_.end(), edge[end]))
+                    topology_.tips.push_back({curve, what == kWhole && end == 1});
+            }
+        }
+    }
+
+  private:
+    static constexpr int kWhole = 2, kFirstFace = 3;  // after both halves
+    using Key = std::pair<Edge, int>;
+
+    bool is_sharp(const Edge& edge) const { return std::binary_search(sharp_.begin(), sharp_.end(), edge); }
+
+    // Side k of the last patch is a use of a curve.
+    void use(const Key& key, int k, bool reversed, bool sharp) {
+        const int patch = static_cast<int>(topology_.patches.size()) - 1;
+        const auto [known, is_new] = curves_.emplace(key, static_cast<int>(topology_.curves.size()));
+        if (is_new) topology_.curves.emplace_back();
+        Topology::Curve& curve = topology_.curves[known->second];
+        const Vector2d corners[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+        const Vector2d &from = corners[k], &to = corners[(k + 1) % 4];
+        topology_.patches[patch].loops[0].push_back({known->second, static_cast<int>(curve.uses.size())});
+        curve.uses.push_back({patch, reversed, reversed ? straight_image(to, from) : straight_image(from, to)});
+        if (curve.uses.size() == 2) curve.kind = sharp ? CurveKind::Crease : CurveKind::Smooth;
+    }
+
+    Topology& topology_;
+    std::vector<Edge> sharp_;
+    std::vector<int> corners_;
+    std::map<Key, int> curves_;
+};
+
+}  // namespace
+
 std::string_view name_of(SubdivisionScheme scheme) {
     return scheme == SubdivisionScheme::Loop ? "loop" : "catmull-clark";
 }
@@ -277,6 +367,23 @@ std::string why_no_limit_surface(const Cage& cage, SubdivisionScheme scheme) {
     return why_no_tags(cage, uses);
 }
 
+void sharpen(Cage& cage, double angle) {
+    std::map<Edge, Vector3d> normal;
+    for (const std::vector<int>& face : cage.faces) {
+        // The area vector of a face, whatever its shape.
+        Vector3d area = Vector3d::Zero();
+        for (std::size_t k = 1; k + 1 < face.size(); ++k)
+            area +=
+                (cage.points[face[k]] - cage.points[face[0]]).cross(cage.points[face[k + 1]] - cage.points[face[0]]);
+        const Vector3d n = area.stableNormalized();
+        for (std::size_t k = 0; k < face.size(); ++k) {
+            const auto [known, is_new] = normal.emplace(edge_between(face[k], face[(k + 1) % face.size()]), n);
+            if (!is_new && std::atan2(known->second.cross(n).norm(), known->second.dot(n)) >= angle)
+                cage.creases.push_back({known->first, Cage::kSharp});
+        }
+    }
+}
+
 LimitSurface limit_surface(const Cage& cage, SubdivisionScheme scheme) {
     if (const std::string why = why_no_limit_surface(cage, scheme); !why.empty()) throw std::invalid_argument(why);
     auto shared = std::make_shared<LimitPatch::Shared>();
@@ -293,6 +400,7 @@ LimitSurface limit_surface(const Cage& cage, SubdivisionScheme scheme) {
     // Neighbours are to have whole sides in common.
     const bool all_quads =
         std::all_of(cage.faces.begin(), cage.faces.end(), [](const auto& face) { return face.size() == 4; });
+    CurvesOfCage curves(cage, result.topology);
     for (int f = 0; f < std::ssize(cage.faces); ++f) {
         auto surface = std::make_shared<LimitPatch::Surface>();
         if (!shared->factory->InitVertexSurface(f, surface.get()))
@@ -300,11 +408,16 @@ LimitSurface limit_surface(const Cage& cage, SubdivisionScheme scheme) {
         auto patch_points =
             std::make_shared<std::vector<double>>(3 * static_cast<std::size_t>(surface->GetNumPatchPoints()));
         surface->PreparePatchPoints(points.data(), 3, patch_points->data(), 3);
-        for (const Part& part : parts_of(surface->GetParameterization(), all_quads)) {
-            result.patches.push_back(std::make_unique<LimitPatch>(shared, surface, patch_points, part));
+        const std::vector<Part> parts = parts_of(surface->GetParameterization(), all_quads);
+        for (int k = 0; k < std::ssize(parts); ++k) {
+            result.topology.patches.push_back(
+                {std::make_unique<LimitPatch>(shared, surface, patch_points, parts[k]), {{}}});
             result.face.push_back(f);
+            all_quads ? curves.bound_whole(cage.faces[f]) : curves.bound_part(f, cage.faces[f], k);
         }
     }
+    if (cage.chaikin) curves.check_gaps(result.face);
+    curves.find_tips();
     return result;
 }
 

@@ -38,6 +38,17 @@ struct PatchIntegrals {
     double volume = 0;  ///< of the cone from a given apex over the patch, signed by S_u x S_v
 };
 
+/// Gauss's rule on unit intervals one after the other: with five points on each, or with two.
+struct GaussRule {
+    bool coarse;
+
+    int size() const { return coarse ? 2 : 5; }
+    double place(int k) const {
+        return k / size() + (coarse ? 0.5 + (k % 2 - 0.5) / std::sqrt(3.0) : gauss_points[k % 5]);
+    }
+    double weight(int k) const { return coarse ? 0.5 : gauss_weights[k % 5]; }
+};
+
 std::string name_of_patch(int patch) { return "patch " + std::to_string(patch); }
 std::string name_of_curve(int curve) { return "curve " + std::to_string(curve); }
 
@@ -53,6 +64,8 @@ struct SurfaceModel::Builder {
     std::vector<CurveEnd> tips;
     std::vector<char> kind_given;  // of each curve
     double tolerance = 0;          // absolute
+    Vector3d apex{0, 0, 0};
+    std::vector<PatchIntegrals> integrals = {};  // of each patch, volumes from the apex
 
     int num_curves() const { return static_cast<int>(model.curves_.size()); }
     bool has_many() const { return model.num_patches() > SurfaceModel::kMany; }
@@ -107,7 +120,9 @@ struct SurfaceModel::Builder {
         Eigen::AlignedBox3d all;
         for (int i = 0; i < model.num_patches(); ++i) {
             const Eigen::AlignedBox3d here = box_of_samples(i);
-            const double area = here.isEmpty() ? 0 : integrate(i, here.min()).area;
+            if (i == 0 && !here.isEmpty()) apex = here.min();
+            integrals.push_back(here.isEmpty() ? PatchIntegrals{} : integrate(i));
+            const double area = integrals.back().area;
             // Collinear points leave an area of rounding errors, some 1e-16 of the square of the size.
             const double rounding = 1e-13 * here.diagonal().squaredNorm();
             if (area < -rounding)
@@ -152,17 +167,18 @@ struct SurfaceModel::Builder {
     }
 
     /// By Green's theorem: the integral of f is that of F dv around the loops, F that of f along u up to them.
-    PatchIntegrals integrate(int patch, const Vector3d& apex) const {
+    PatchIntegrals integrate(int patch) const {
         const ParametricSurface& surface = model.patch(patch);
         const double u0 = model.borders_[patch].box().min().x();
+        const GaussRule rule{has_many()};
         const auto along_u = [&](const Vector2d& to) {
             PatchIntegrals sum;
             const double width = (to.x() - u0) / pieces();
-            for (int a = 0; a < 5 * pieces() && width > 0; ++a) {
-                const Jet1 jet = surface.jet1({u0 + width * (a / 5 + gauss_points[a % 5]), to.y()});
+            for (int a = 0; a < rule.size() * pieces() && width > 0; ++a) {
+                const Jet1 jet = surface.jet1({u0 + width * rule.place(a), to.y()});
                 const Vector3d n = jet.du.cross(jet.dv);
-                sum.area += gauss_weights[a % 5] * width * n.norm();
-                sum.volume += gauss_weights[a % 5] * width * (jet.p - apex).dot(n) / 3;
+                sum.area += rule.weight(a) * width * n.norm();
+                sum.volume += rule.weight(a) * width * (jet.p - apex).dot(n) / 3;
             }
             return sum;
         };
@@ -171,11 +187,11 @@ struct SurfaceModel::Builder {
             for (const UseRef& ref : loop) {
                 const CurveUse& use = model.use(ref);
                 const int steps = use.image->is_straight() ? pieces() : samples();
-                for (int b = 0; b < 5 * steps; ++b) {
-                    const double t = (b / 5 + gauss_points[b % 5]) / steps, dv = use.image->duv(t).y();
+                for (int b = 0; b < rule.size() * steps; ++b) {
+                    const double t = rule.place(b) / steps, dv = use.image->duv(t).y();
                     if (dv == 0) continue;
                     const PatchIntegrals row = along_u(use.image->uv(t));
-                    const double weight = gauss_weights[b % 5] / steps * (use.reversed ? -dv : dv);
+                    const double weight = rule.weight(b) / steps * (use.reversed ? -dv : dv);
                     result.area += weight * row.area;
                     result.volume += weight * row.volume;
                 }
@@ -183,9 +199,16 @@ struct SurfaceModel::Builder {
         return result;
     }
 
+    /// Of many curves that of two chords.
+    double length_of_curve(int c) const {
+        if (!has_many()) return length_of(CurveTrace{model, c});
+        const Vector3d middle = model.curve_point(c, 0.5);
+        return (model.curve_point(c, 0) - middle).norm() + (model.curve_point(c, 1) - middle).norm();
+    }
+
     void measure_lengths() {
         for (int c = 0; c < num_curves(); ++c)
-            if (model.curves_[c].kind != CurveKind::Pole) model.curves_[c].length = length_of(CurveTrace{model, c});
+            if (model.curves_[c].kind != CurveKind::Pole) model.curves_[c].length = length_of_curve(c);
     }
 
     /// Ends are one vertex where loops pass from one to the other, not where they merely coincide.
@@ -258,14 +281,12 @@ struct SurfaceModel::Builder {
     /// Turns a component over if it encloses a negative volume, once its boundary loops are capped by cones over their
     /// centres.
     void turn_outward(const std::vector<int>& members) {
-        const Vector3d apex = model.vertices_[model.start_of(model.loops(members[0])[0][0])].point;
         double area = 0, volume = 0, cap_area = 0;
         for (const int i : members) {
-            const PatchIntegrals part = integrate(i, apex);
-            area += part.area;
-            volume += model.flipped_[i] ? -part.volume : part.volume;
+            area += integrals[i].area;
+            volume += model.flipped_[i] ? -integrals[i].volume : integrals[i].volume;
         }
-        for (const std::vector<int>& loop : boundary_loops(members)) add_cap(loop, apex, volume, cap_area);
+        for (const std::vector<int>& loop : boundary_loops(members)) add_cap(loop, volume, cap_area);
         const double smallest_volume = 1e-6 * std::pow(area, 1.5);  // less is flat, whatever its sign
         if (cap_area > largest_cap * area || std::abs(volume) < smallest_volume || volume > 0) return;
         for (const int i : members) model.flipped_[i] = !model.flipped_[i];
@@ -290,7 +311,7 @@ struct SurfaceModel::Builder {
         return result;
     }
 
-    void add_cap(const std::vector<int>& loop, const Vector3d& apex, double& volume, double& cap_area) const {
+    void add_cap(const std::vector<int>& loop, double& volume, double& cap_area) const {
         Vector3d centre = Vector3d::Zero();
         double length = 0;
         for_each_boundary_piece(loop, [&](const Vector3d& a, const Vector3d& b) {

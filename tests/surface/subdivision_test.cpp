@@ -53,7 +53,7 @@ Cage prism(int n) {
     return cage;
 }
 
-SurfaceModel model_of(const Cage& cage) { return glue(limit_surface(cage).patches, {.crease_angle = 0.05}); }
+SurfaceModel model_of(const Cage& cage) { return SurfaceModel(limit_surface(cage).topology); }
 
 int count(const SurfaceModel& model, CurveKind kind) {
     return static_cast<int>(std::count_if(model.curves().begin(), model.curves().end(),
@@ -66,11 +66,11 @@ TEST_CASE("limit points of a cube are those of the masks of Catmull and Clark", 
     // A corner of valence 3 goes to (9 p + 4 sum of neighbours + sum of opposite corners) / 24, here (5/9) p of it
     // after symmetry.
     const LimitSurface surface = limit_surface(cube());
-    REQUIRE(surface.patches.size() == 6);
+    REQUIRE(surface.topology.patches.size() == 6);
     const Vector3d p(-1, -1, -1), neighbours = Vector3d(1, -1, -1) + Vector3d(-1, 1, -1) + Vector3d(-1, -1, 1),
                                   opposite = Vector3d(1, 1, -1) + Vector3d(1, -1, 1) + Vector3d(-1, 1, 1);
     const Vector3d limit = (9 * p + 4 * neighbours + opposite) / 24;
-    CHECK((surface.patches[0]->position({0, 0}) - limit).norm() < 1e-7);
+    CHECK((surface.topology.patches[0].surface->position({0, 0}) - limit).norm() < 1e-7);
     CHECK(surface.face == std::vector<int>{0, 1, 2, 3, 4, 5});
 }
 
@@ -86,11 +86,11 @@ TEST_CASE("regular patches are bicubic B-splines, their derivatives those of dif
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j)
             sum += basis(x)[i] * basis(y)[j] * cage.points[(i + 9 - 1) % 9 * 7 + (j + 7 - 1) % 7];
-    CHECK((surface.patches[0]->position({x, y}) - sum).norm() < 1e-14);
+    CHECK((surface.topology.patches[0].surface->position({x, y}) - sum).norm() < 1e-14);
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(0.1, 0.9);
     constexpr double kStep = 1e-4;
-    for (const auto& patch : surface.patches) {
+    for (const auto& [patch, loops] : surface.topology.patches) {
         const Vector2d uv(uniform(random), uniform(random)), du(kStep, 0), dv(0, kStep);
         const Jet2 jet = patch->jet2(uv);
         CHECK((jet.duu - (patch->jet1(uv + du).du - patch->jet1(uv - du).du) / (2 * kStep)).norm() <
@@ -117,12 +117,12 @@ TEST_CASE("sharp edges are creases, boundaries end the surface, holes are left o
     CHECK(count(model_of(cage), CurveKind::Crease) == 3);
     cage = cube();
     cage.holes = {2};
-    CHECK(limit_surface(cage).patches.size() == 5);
+    CHECK(limit_surface(cage).topology.patches.size() == 5);
     cage = cube();
     cage.faces.pop_back();
     CHECK(count(model_of(cage), CurveKind::Boundary) == 4);
     cage.boundary = Cage::Boundary::None;
-    CHECK(limit_surface(cage).patches.size() == 1);
+    CHECK(limit_surface(cage).topology.patches.size() == 1);
 }
 
 TEST_CASE("what keeps a cage from having a limit surface is named", "[exact]") {
@@ -174,12 +174,12 @@ TEST_CASE("Loop surfaces are smooth, and their second derivatives are those of t
     const Cage cage = triangles();
     REQUIRE(cage.faces.size() == 20);
     LimitSurface surface = limit_surface(cage, SubdivisionScheme::Loop);
-    REQUIRE(surface.patches.size() == 60);
+    REQUIRE(surface.topology.patches.size() == 60);
     std::mt19937 random(11);
     std::uniform_real_distribution<double> uniform(0.05, 0.95);
     constexpr double kStep = 1e-5;
     for (int sample = 0; sample < 600; ++sample) {
-        const auto& patch = surface.patches[sample % surface.patches.size()];
+        const auto& patch = surface.topology.patches[sample % surface.topology.patches.size()].surface;
         const Vector2d uv(uniform(random), uniform(random)), du(kStep, 0), dv(0, kStep);
         const Jet2 jet = patch->jet2(uv);
         const Vector3d duu = (patch->jet1(uv + du).du - patch->jet1(uv - du).du) / (2 * kStep),
@@ -190,9 +190,64 @@ TEST_CASE("Loop surfaces are smooth, and their second derivatives are those of t
         CHECK((jet.du - (patch->position(uv + du) - patch->position(uv - du)) / (2 * kStep)).norm() <
               1e-6 * jet.du.norm());
     }
-    const SurfaceModel model = glue(std::move(surface.patches), {.crease_angle = 0.05});
+    const SurfaceModel model = SurfaceModel(std::move(surface.topology));
     CHECK(model.num_components() == 1);
     CHECK(count(model, CurveKind::Boundary) == 0);
     CHECK(count(model, CurveKind::Crease) == 0);
     CHECK_THAT(why_no_limit_surface(cube(), SubdivisionScheme::Loop), Catch::Contains("face 1 has 4 corners"));
+}
+
+namespace {
+
+// The same patches, joined by where their sides lie.
+SurfaceModel glued(const Cage& cage, SubdivisionScheme scheme) {
+    std::vector<std::unique_ptr<const ParametricSurface>> patches;
+    for (Topology::Patch& patch : limit_surface(cage, scheme).topology.patches)
+        patches.push_back(std::move(patch.surface));
+    return glue(std::move(patches), {.crease_angle = 0.05});
+}
+
+}  // namespace
+
+TEST_CASE("The curves of a cage are those that gluing finds", "[property]") {
+    Cage creased = cube();
+    creased.creases = {{{0, 1}, 10}, {{1, 3}, 10}, {{3, 2}, 10}, {{2, 0}, 10}};
+    Cage open = torus(5, 4);
+    open.faces.resize(13);
+    for (const auto& [cage, scheme] : {std::pair(cube(), SubdivisionScheme::CatmullClark),
+                                       {creased, SubdivisionScheme::CatmullClark},
+                                       {open, SubdivisionScheme::CatmullClark},
+                                       {prism(5), SubdivisionScheme::CatmullClark},
+                                       {triangles(), SubdivisionScheme::Loop}}) {
+        const SurfaceModel by_cage(limit_surface(cage, scheme).topology), by_place = glued(cage, scheme);
+        CHECK(by_cage.curves().size() == by_place.curves().size());
+        CHECK(by_cage.vertices().size() == by_place.vertices().size());
+        CHECK(by_cage.num_components() == by_place.num_components());
+        for (const CurveKind kind : {CurveKind::Boundary, CurveKind::Smooth, CurveKind::Crease, CurveKind::Pole})
+            CHECK(count(by_cage, kind) == count(by_place, kind));
+        for (std::size_t c = 0; c < by_cage.curves().size(); ++c)
+            if (by_cage.curves()[c].uses.size() == 2)
+                for (const double t : {0.0, 0.3, 1.0})
+                    CHECK((by_cage.position(by_cage.on_curve(static_cast<int>(c), 0, t)) -
+                           by_cage.position(by_cage.on_curve(static_cast<int>(c), 1, t)))
+                              .norm() <= 1e-7 * by_cage.diagonal());
+    }
+}
+
+TEST_CASE("Edges of a cage are sharpened by angle, and sharp corners are tips", "[exact]") {
+    Cage cage = cube();
+    sharpen(cage, 1.5);
+    CHECK(cage.creases.size() == 12);
+    CHECK(count(model_of(cage), CurveKind::Crease) == 12);
+    cage = cube();
+    sharpen(cage, 1.6);
+    CHECK(cage.creases.empty());
+    cage.corners = {{3, 10}};
+    const SurfaceModel model = model_of(cage);
+    int tips = 0;
+    for (const ModelVertex& vertex : model.vertices()) {
+        tips += vertex.tip;
+        if (vertex.tip) CHECK((vertex.point - cage.points[3]).norm() < 1e-12);
+    }
+    CHECK(tips == 1);
 }

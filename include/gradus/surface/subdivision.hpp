@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gradus/surface/parametric_surface.hpp"
+#include "gradus/surface/surface_model.hpp"
 
 namespace gradus {
 
@@ -49,10 +49,16 @@ struct Cage {
 /// the faces, tags of what is not there; for Loop's scheme faces that are no triangles.
 std::string why_no_limit_surface(const Cage& cage, SubdivisionScheme scheme = SubdivisionScheme::CatmullClark);
 
+/// Edges at which faces meet at an angle of this or more, radians, become infinitely sharp.
+/// @pre why_no_limit_surface(cage) is empty
+void sharpen(Cage& cage, double angle);
+
 /// The limit surface, a patch with the domain [0, 1]^2 for each face, or for each corner of the faces if not all are
-/// quadrilaterals.
+/// quadrilaterals. Patches meet along the edges of the cage: creases where these are infinitely sharp, smooth
+/// elsewhere, however large the angle is that the caps of extraordinary vertices leave. Infinitely sharp corners are
+/// tips.
 struct LimitSurface {
-    std::vector<std::unique_ptr<const ParametricSurface>> patches;
+    Topology topology;
     std::vector<int> face;  ///< of the cage, per patch
 };
 

@@ -41,7 +41,7 @@ struct ModelCurve {
     CurveKind kind = CurveKind::Boundary;
     std::vector<CurveUse> uses;       ///< one (Boundary, Pole) or two (Smooth, Crease); a seam has both on one patch
     std::array<int, 2> ends{-1, -1};  ///< model vertices at t = 0 and t = 1
-    double length = 0;                ///< arc length
+    double length = 0;                ///< arc length; that of two chords of models with more than kMany patches
     double largest_angle = 0;  ///< largest angle seen between the normals of the two sides, radians; 0 where the kind
                                ///< was given
     std::unique_ptr<const SpaceCurve> space = nullptr;
