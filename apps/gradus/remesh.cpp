@@ -15,7 +15,9 @@
 #include "gradus/io/output_file.hpp"
 #include "gradus/mesh/order.hpp"
 #include "gradus/mesh/repair.hpp"
+#include "gradus/remesh/chord_error.hpp"
 #include "gradus/remesh/parametric.hpp"
+#include "gradus/remesh/patch_chord_error.hpp"
 #include "json.hpp"
 #include "output.hpp"
 #include "page.hpp"
@@ -119,6 +121,10 @@ Map make_map(const Options& options, const SurfaceModel& model, const std::optio
     Map map;
     if (options.sizes.empty()) {
         map.rule = rule_of(options.sizing, limits_for(model.diagonal()));
+        if (options.sizing.chord_error) {
+            if (!options.sizing.hmin) map.rule->hmin *= kFinestSize;
+            map.rule = rule_within(*options.sizing.chord_error, *map.rule);
+        }
         map.sized = background_for(model, *map.rule, stages);
         if (!gradation) return map;
         GradedMap graded = grade_refining(model, *map.rule, *gradation, map.sized, stages);
@@ -140,19 +146,53 @@ RemeshOptions remesh_options(const Options& options) {
             .threads = options.session.threads};
 }
 
+// Meshes, measures, lowers sizes, until mesh and surface are within the chord error of each other.
+void mesh_within(const Options& options, const std::optional<GradationOptions>& gradation, const SurfaceModel& model,
+                 Map& map, Made& made, Stages& stages) {
+    const double wanted = *options.sizing.chord_error;
+    PatchChordErrorResult within = stages.run("meshing", [&] {
+        return remesh_within(model, map.sized, wanted,
+                             {.gradation = gradation, .hmin = map.rule->hmin, .remesh = remesh_options(options)});
+    });
+    made.result = std::move(within.result);
+    made.met = within.kept;
+    const Deviation& d = within.deviation;
+    made.note = fmt::format(
+        "distance: at most {:.4g} from the surface to the mesh, {:.4g} back, {:.2g} of it for facets that stand for "
+        "the surface; {:.4g} asked for, {}, sizes lowered {} times\n",
+        d.from_reference.bound, d.from_mesh.bound, within.facets, wanted, within.kept ? "kept" : "NOT kept",
+        within.lowerings);
+    made.json = {{"distance",
+                  {{"from_input", {{"bound", d.from_reference.bound}}},
+                   {"from_mesh", {{"bound", d.from_mesh.bound}}},
+                   {"facets", within.facets}}},
+                 {"new_contacts", nullptr},
+                 {"chord_error", wanted},
+                 {"chord_error_kept", within.kept},
+                 {"refinements", within.lowerings}};
+    if (within.kept) return;
+    const OneSidedDistance& side = d.from_mesh.largest >= d.from_reference.largest ? d.from_mesh : d.from_reference;
+    made.where = fmt::format(", by {:.3g} at {:.6g} {:.6g} {:.6g}", side.largest, side.point.x(), side.point.y(),
+                             side.point.z());
+    if (options.sizing.hmin)
+        made.where += fmt::format("; --hmin {:g} may allow no smaller elements", *options.sizing.hmin);
+}
+
 Made mesh_patches(const Options& options, const std::optional<GradationOptions>& gradation, Stages& stages) {
     LoadedModel loaded = stages.run("reading", [&] { return load_model(options.in, options.cage); });
     const auto model = std::make_shared<const SurfaceModel>(std::move(loaded.model));
-    const auto map = std::make_shared<const Map>(make_map(options, *model, gradation, stages));
+    const auto map = std::make_shared<Map>(make_map(options, *model, gradation, stages));
+    Made made;
+    if (options.sizing.chord_error) mesh_within(options, gradation, *model, *map, made, stages);
     const auto control = stages.run(
         "control space", [&] { return std::make_shared<const ControlSpace>(map->sized.background, map->sized.sizes); });
-    Made made;
-    made.result = stages.run("meshing", [&] { return remesh(*model, *control, remesh_options(options)); });
+    if (!options.sizing.chord_error)
+        made.result = stages.run("meshing", [&] { return remesh(*model, *control, remesh_options(options)); });
     made.rule = map->rule;
     made.background_vertices = map->sized.sizes.size();
     made.gradation = map->gradation;
     made.surface = text_of(options.in, *model);
-    made.json = {{"patches", model->num_patches()}};
+    made.json["patches"] = model->num_patches();
     // The mesh itself is the caller's when these are called.
     const SurfaceMesh mesh = made.result.mesh;
     made.measure = [model, map, control, mesh] {

@@ -126,6 +126,7 @@ class Builder {
     bool misrepresented(int t, const BackgroundOptions& options, double* error) const;
     bool coarse_for_gradation(int t, double longest, std::span<const double> graded) const;
     bool near_prescribed(int t) const;
+    double gap(int t) const;
     double unit_triangles() const;
     SizedBackground result() const;
     const std::vector<std::array<int, 2>>& parents() const { return parents_; }
@@ -439,6 +440,22 @@ bool Builder::coarse_for_gradation(int t, double longest, std::span<const double
     return false;
 }
 
+// Between a triangle and the surface, at the middles of its edges and its own.
+double Builder::gap(int t) const {
+    double largest = 0;
+    for (int h = 3 * t; h < 3 * t + 3; ++h) {
+        const Eigen::Vector3d &a = points_[mesh_.origin(h)], &b = points_[mesh_.target(h)];
+        const Eigen::Vector3d off = model_.position(middle_of(h)) - (a + b) / 2;
+        const double chord = (b - a).norm();
+        largest = std::max(largest, chord > 0 ? off.cross(b - a).norm() / chord : off.norm());
+    }
+    const Triangle v = mesh_.triangle(t);
+    const Eigen::Vector3d normal =
+        (points_[v[1]] - points_[v[0]]).cross(points_[v[2]] - points_[v[0]]).stableNormalized();
+    const Eigen::Vector3d off = model_.position(centre_of(t)) - (points_[v[0]] + points_[v[1]] + points_[v[2]]) / 3;
+    return std::max(largest, std::abs(off.dot(normal)));
+}
+
 // Number of triangles of a unit mesh, from the sizes at the vertices so far.
 double Builder::unit_triangles() const {
     double sum = 0;
@@ -492,6 +509,21 @@ SizedBackground make_background(const SurfaceModel& model, const SizingRule& rul
     lower_to_prescribed(rule.at, points_of(result.background.mesh), result.sizes);
     result.largest_error = error;
     result.resolved = resolved;
+    return result;
+}
+
+FacetedSurface facets_within(const SurfaceModel& model, const Background& background, double tolerance,
+                             int max_triangles) {
+    if (!(tolerance > 0)) throw std::invalid_argument("facets_within: tolerance must be positive");
+    const SizingRule rule;
+    Builder builder(model, rule);
+    const std::vector<double> sizes(background.mesh.n_vertices(), 1);
+    builder.start_from(background, sizes);
+    if (!builder.refine([&](int t) { return builder.gap(t) > tolerance; }, max_triangles))
+        throw std::length_error(
+            fmt::format("facets within {:g} of the surface are more than {}", tolerance, max_triangles));
+    FacetedSurface result{std::move(builder.result().background)};
+    for (int t = 0; t < builder.mesh().num_triangles(); ++t) result.gap = std::max(result.gap, builder.gap(t));
     return result;
 }
 

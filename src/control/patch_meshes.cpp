@@ -79,9 +79,10 @@ void cut_into_polygons(const SurfaceModel& model, std::vector<int>& pieces) {
     }
 }
 
-PatchMeshes::PatchMeshes(const SurfaceModel& model, const CutCurves& curves, const PatchSize& size)
+PatchMeshes::PatchMeshes(const SurfaceModel& model, const CutCurves& curves, const PatchSize& size,
+                         std::size_t most_points)
     : model_(model), patches_(model.num_patches()), shared_(curves.count), count_(curves.count) {
-    tbb::parallel_for(0, model.num_patches(), [&](int p) { patches_[p] = mesh_patch(p, curves, size); });
+    tbb::parallel_for(0, model.num_patches(), [&](int p) { patches_[p] = mesh_patch(p, curves, size, most_points); });
     for (PatchMesh& mesh : patches_) number_inner(mesh);
     split_twin_triangles();
     for (int round = 0; round < kRepairRounds && cut_conflicts(); ++round) {
@@ -97,7 +98,8 @@ std::vector<Triangle> PatchMeshes::triangles() const {
     return all;
 }
 
-PatchMesh PatchMeshes::mesh_patch(int p, const CutCurves& curves, const PatchSize& size) const {
+PatchMesh PatchMeshes::mesh_patch(int p, const CutCurves& curves, const PatchSize& size,
+                                  std::size_t most_points) const {
     const SurfaceModel& model = model_;
     PatchMesh result;
     PlanarDomain domain;
@@ -136,7 +138,7 @@ PatchMesh PatchMeshes::mesh_patch(int p, const CutCurves& curves, const PatchSiz
         M << jet.du.squaredNorm(), F, F, jet.dv.squaredNorm();
         return Eigen::Matrix2d(M / (h * h));
     };
-    PlanarMesh planar = mesh_domain(domain, metric, {.target = kTarget});
+    PlanarMesh planar = mesh_domain(domain, metric, {.target = kTarget, .max_points = most_points});
     result.uv = std::move(planar.points);
     result.cell = std::move(planar.hints);
     result.triangles = std::move(planar.triangles);

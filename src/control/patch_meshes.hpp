@@ -43,7 +43,9 @@ using PatchSize = std::function<double(const SurfacePoint& at, const Eigen::Vect
 /// on the side of a pole have lost that side and vanish.
 class PatchMeshes {
   public:
-    PatchMeshes(const SurfaceModel& model, const CutCurves& curves, const PatchSize& size);
+    /// @throws std::length_error where a patch would get more than most_points
+    PatchMeshes(const SurfaceModel& model, const CutCurves& curves, const PatchSize& size,
+                std::size_t most_points = 50'000'000);
 
     int num_vertices() const { return count_; }
     const std::vector<PatchMesh>& patches() const { return patches_; }
@@ -62,7 +64,7 @@ class PatchMeshes {
     std::vector<Triangle> triangles() const;
 
   private:
-    PatchMesh mesh_patch(int p, const CutCurves& curves, const PatchSize& size) const;
+    PatchMesh mesh_patch(int p, const CutCurves& curves, const PatchSize& size, std::size_t most_points) const;
     void number_inner(PatchMesh& mesh);
     bool is_pole(int p, int a, int b) const;
     bool cut_conflicts();

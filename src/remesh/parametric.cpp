@@ -19,11 +19,7 @@ namespace {
 
 Vertex vertex_from(const Foot& foot) {
     Vertex v;
-    v.place = foot.place;
-    v.p = foot.point;
-    v.n = foot.normal;
-    v.h = foot.size;
-    v.g = std::cbrt(foot.size * foot.size);
+    take_foot(v, foot);
     return v;
 }
 
@@ -172,10 +168,14 @@ RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, cons
     StageClock clock(statistics.seconds);
     const CutCurves curves(model, discretise_curves(model, control));
     clock.done("curves");
-    const PatchMeshes assembly(model, curves, [&](const SurfacePoint& at, const Eigen::Vector3d& point, int& hint) {
+    const auto size = [&](const SurfacePoint& at, const Eigen::Vector3d& point, int& hint) {
         if (hint < 0) hint = control.locate(at);
         return control.size(point, hint);
-    });
+    };
+    // Where parameters run into a cusp, more and more points fit between those there are.
+    constexpr double kManyMore = 4, kFew = 1e5;
+    const double most_points = std::max(kFew, kManyMore * statistics.predicted_triangles);
+    const PatchMeshes assembly(model, curves, size, static_cast<std::size_t>(std::min(most_points, 5e7)));
     clock.done("generation");
     const PatchSupport support(model, control);
     Connectivity mesh(assembly.num_vertices(), assembly.triangles());

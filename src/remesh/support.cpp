@@ -39,6 +39,7 @@ std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d&
     const ParametricSurface* patch = &model_.patch(at.patch);
     Jet1 jet = patch->jet1(at.uv);
     const double goal2 = (target - jet.p).squaredNorm();
+    bool arrived = false;
     for (int step = 0; step < kMostSteps; ++step) {
         const Eigen::Vector3d r = target - jet.p;
         const double E = jet.du.squaredNorm(), F = jet.du.dot(jet.dv), G = jet.dv.squaredNorm();
@@ -46,7 +47,10 @@ std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d&
         if (!(det > kSingular * E * G)) return std::nullopt;
         const double a = jet.du.dot(r), b = jet.dv.dot(r);
         const Eigen::Vector2d d{(G * a - F * b) / det, (E * b - F * a) / det};
-        if (step > 0 && a * d.x() + b * d.y() <= kNear2 * goal2) break;
+        if (step > 0 && a * d.x() + b * d.y() <= kNear2 * goal2) {
+            arrived = true;
+            break;
+        }
         const std::optional<SurfaceModel::Exit> exit = model_.exit(at, d);
         if (!exit) {
             at.uv += d;
@@ -59,6 +63,7 @@ std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d&
         patch = &model_.patch(at.patch);
         jet = patch->jet1(at.uv);
     }
+    if (!arrived) return std::nullopt;
     Foot foot{{at, -1, 0, from.cell}, jet.p, jet.du.cross(jet.dv), 0};
     const double length = foot.normal.norm();
     if (!(length > 0)) return std::nullopt;

@@ -166,3 +166,22 @@ TEST_CASE("A point does not slide past a corner", "[remesh][exact]") {
         CHECK((middle.point - (a + 0.95 * (b - a))).norm() <= 1e-12);
     }
 }
+
+TEST_CASE("A move that does not arrive is none", "[remesh][property]") {
+    // The length of S_u varies a millionfold: Newton's steps in parameters are far from steps in space.
+    const SurfaceModel model = models::model_of({models::uneven_square(1e6)});
+    const SizedBackground sized = make_background(model, {.hmin = 0.05, .hmax = 0.1});
+    const ControlSpace control(sized.background, sized.sizes);
+    const PatchSupport support(model, control);
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    int barred = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const SurfacePoint at{0, {std::pow(uniform(random), 4), uniform(random)}};
+        const Eigen::Vector3d from = model.position(at), target(uniform(random), uniform(random), 0);
+        const auto foot = support.move({at, -1, 0, control.locate(at)}, from, target);
+        barred += !foot;
+        if (foot) CHECK((foot->point - target).norm() <= 0.11 * (target - from).norm());
+    }
+    CHECK(barred < 2000);
+}

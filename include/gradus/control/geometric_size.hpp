@@ -35,6 +35,17 @@ struct BackgroundOptions {
 SizedBackground make_background(const SurfaceModel& model, const SizingRule& rule,
                                 const BackgroundOptions& options = {});
 
+/// A background as facets that stand for the surface.
+struct FacetedSurface {
+    Background facets;
+    double gap = 0;  ///< largest distance of the surface from them seen at the middles of edges and triangles
+};
+
+/// Cuts a background until gaps are within a tolerance, unit of length.
+/// @throws std::length_error where that takes more triangles than max_triangles
+FacetedSurface facets_within(const SurfaceModel& model, const Background& background, double tolerance,
+                             int max_triangles = 20'000'000);
+
 /// Sizes by the rule at the vertices of a given background (prescribed points included).
 std::vector<double> geometric_sizes(const SurfaceModel& model, const Background& background, const SizingRule& rule);
 
