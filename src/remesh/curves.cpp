@@ -27,12 +27,12 @@ class Integrator {
 
     Integral run() {
         integral_ = {{0}, {0}};
-        constexpr int kStart = 8;
+        const int pieces = model_.num_patches() > SurfaceModel::kMany ? 1 : 8;
         double f0 = density(0);
-        for (int i = 0; i < kStart; ++i) {
-            const double b = (i + 1.0) / kStart;
+        for (int i = 0; i < pieces; ++i) {
+            const double b = (i + 1.0) / pieces;
             const double f1 = density(b);
-            step(static_cast<double>(i) / kStart, b, f0, f1, 0);
+            step(static_cast<double>(i) / pieces, b, f0, f1, 0);
             f0 = f1;
         }
         return std::move(integral_);
