@@ -118,7 +118,8 @@ PrincipalCurvatures principal_curvatures(const ParametricSurface& surface, const
 }
 
 double minimal_radius(const ParametricSurface& surface, const Vector2d& uv) {
-    return radius_of(shape_at(surface, surface.domain(), uv, surface.jet2(uv)));
+    const Vector2d at = surface.curvature_place(uv);
+    return radius_of(shape_at(surface, surface.domain(), at, surface.jet2(at)));
 }
 
 void minimal_radii(const ParametricSurface& surface, std::span<const Vector2d> uv, std::span<double> radii) {
@@ -128,11 +129,13 @@ void minimal_radii(const ParametricSurface& surface, std::span<const Vector2d> u
     const Domain domain = surface.domain();
     constexpr std::size_t batch = 64;
     std::array<Jet2, batch> jets;
+    std::array<Vector2d, batch> places;
     for (std::size_t begin = 0; begin < uv.size(); begin += batch) {
         const std::size_t count = std::min(batch, uv.size() - begin);
-        surface.jets(uv.subspan(begin, count), std::span<Jet2>(jets).first(count));
+        for (std::size_t k = 0; k < count; ++k) places[k] = surface.curvature_place(uv[begin + k]);
+        surface.jets(std::span<const Vector2d>(places).first(count), std::span<Jet2>(jets).first(count));
         for (std::size_t k = 0; k < count; ++k)
-            radii[begin + k] = radius_of(shape_at(surface, domain, uv[begin + k], jets[k]));
+            radii[begin + k] = radius_of(shape_at(surface, domain, places[k], jets[k]));
     }
 }
 

@@ -77,11 +77,12 @@ class LimitPatch final : public ParametricSurface {
     };
 
     LimitPatch(std::shared_ptr<const Shared> shared, std::shared_ptr<const Surface> surface,
-               std::shared_ptr<const std::vector<double>> points, const Part& part)
+               std::shared_ptr<const std::vector<double>> points, const Part& part, std::vector<Vector2d> unbounded)
         : shared_(std::move(shared)),
           surface_(std::move(surface)),
           points_(std::move(points)),
           part_(part),
+          unbounded_(std::move(unbounded)),
           may_be_turned_(surface_->GetParameterization().GetType() == osd::Bfr::Parameterization::TRI &&
                          !surface_->IsRegular()) {}
 
@@ -105,6 +106,22 @@ class LimitPatch final : public ParametricSurface {
                 second(jet, ds, ds),
                 second(jet, ds, dt) + first(jet, part_.twist),
                 second(jet, dt, dt)};
+    }
+
+    // Away from corners where curvature grows without bound: at an extraordinary vertex of valence 5 by a tenth with
+    // each halving of the distance, beyond all sizes in the end, but over less of the surface than an element covers.
+    Vector2d curvature_place(const Vector2d& st) const override {
+        constexpr double kReach = 0.125;  // of the face: elements are rarely smaller
+        const double reach = kReach / (part_.along_s.norm() + part_.along_t.norm()) * 2;
+        for (const Vector2d& corner : unbounded_) {
+            const Vector2d away = st - corner;
+            const double distance = away.norm();
+            if (distance >= reach) continue;
+            // At the corner itself towards the middle.
+            const Vector2d middle = (Vector2d(0.5, 0.5) - corner).normalized();
+            return corner + reach * (distance > 1e-9 ? Vector2d(away / distance) : middle);
+        }
+        return st;
     }
 
   private:
@@ -145,6 +162,7 @@ class LimitPatch final : public ParametricSurface {
     std::shared_ptr<const Surface> surface_;
     std::shared_ptr<const std::vector<double>> points_;  // of the patches of the surface
     Part part_;
+    std::vector<Vector2d> unbounded_;  // corners of the domain
     bool may_be_turned_;
 };
 
@@ -345,6 +363,26 @@ class CurvesOfCage {
     std::map<Key, int> curves_;
 };
 
+// Vertices at which the curvature of the limit surface has no bound: those inside that have another number of edges
+// than regular ones (at few of them it has), and infinitely sharp corners.
+std::vector<char> unbounded_vertices(const Cage& cage, SubdivisionScheme scheme) {
+    std::vector<int> faces(cage.points.size(), 0);
+    std::map<Edge, int> uses;
+    for (const std::vector<int>& face : cage.faces)
+        for (std::size_t k = 0; k < face.size(); ++k) {
+            ++faces[face[k]];
+            ++uses[edge_between(face[k], face[(k + 1) % face.size()])];
+        }
+    const int regular = scheme == SubdivisionScheme::Loop ? 6 : 4;
+    std::vector<char> result(cage.points.size());
+    for (std::size_t v = 0; v < result.size(); ++v) result[v] = faces[v] != regular;
+    for (const auto& [edge, count] : uses)
+        if (count == 1) result[edge[0]] = result[edge[1]] = 0;
+    for (const Cage::Corner& corner : cage.corners)
+        if (corner.sharpness >= Cage::kSharp) result[corner.vertex] = 1;
+    return result;
+}
+
 }  // namespace
 
 std::string_view name_of(SubdivisionScheme scheme) {
@@ -401,6 +439,19 @@ LimitSurface limit_surface(const Cage& cage, SubdivisionScheme scheme) {
     const bool all_quads =
         std::all_of(cage.faces.begin(), cage.faces.end(), [](const auto& face) { return face.size() == 4; });
     CurvesOfCage curves(cage, result.topology);
+    const std::vector<char> unbounded = unbounded_vertices(cage, scheme);
+    const auto unbounded_corners = [&](const std::vector<int>& face, int part) {
+        std::vector<Vector2d> corners;
+        if (all_quads) {
+            const Vector2d domain[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+            for (int k = 0; k < 4; ++k)
+                if (unbounded[face[k]]) corners.push_back(domain[k]);
+            return corners;
+        }
+        if (unbounded[face[part]]) corners.emplace_back(0, 0);
+        if (scheme == SubdivisionScheme::CatmullClark && face.size() != 4) corners.emplace_back(1, 1);
+        return corners;
+    };
     for (int f = 0; f < std::ssize(cage.faces); ++f) {
         auto surface = std::make_shared<LimitPatch::Surface>();
         if (!shared->factory->InitVertexSurface(f, surface.get()))
@@ -410,8 +461,9 @@ LimitSurface limit_surface(const Cage& cage, SubdivisionScheme scheme) {
         surface->PreparePatchPoints(points.data(), 3, patch_points->data(), 3);
         const std::vector<Part> parts = parts_of(surface->GetParameterization(), all_quads);
         for (int k = 0; k < std::ssize(parts); ++k) {
-            result.topology.patches.push_back(
-                {std::make_unique<LimitPatch>(shared, surface, patch_points, parts[k]), {{}}});
+            result.topology.patches.push_back({std::make_unique<LimitPatch>(shared, surface, patch_points, parts[k],
+                                                                            unbounded_corners(cage.faces[f], k)),
+                                               {{}}});
             result.face.push_back(f);
             all_quads ? curves.bound_whole(cage.faces[f]) : curves.bound_part(f, cage.faces[f], k);
         }

@@ -251,3 +251,22 @@ TEST_CASE("Edges of a cage are sharpened by angle, and sharp corners are tips", 
     }
     CHECK(tips == 1);
 }
+
+TEST_CASE("Near vertices where curvature has no bound it is that at an eighth of the face", "[exact]") {
+    const LimitSurface surface = limit_surface(prism(5));
+    for (std::size_t i = 0; i < surface.face.size(); ++i) {
+        if (surface.face[i] != 5) continue;  // the pentagon below: its middle has five edges
+        const ParametricSurface& patch = *surface.topology.patches[i].surface;
+        const auto from_jet = [&](double t) {
+            const PrincipalCurvatures k = principal_curvatures(patch.jet2({1 - t, 1 - t}));
+            return 1 / std::max(std::abs(k.k1), std::abs(k.k2));
+        };
+        CHECK(from_jet(0.001) < 0.8 * from_jet(0.1));
+        const double middle = minimal_radius(patch, {1, 1});
+        CHECK(middle > 0.8 * from_jet(0.1));
+        for (const double t : {0.001, 0.01, 0.05}) CHECK(minimal_radius(patch, {1 - t, 1 - t}) == Approx(middle));
+        CHECK(minimal_radius(patch, {0.7, 0.6}) ==
+              Approx(1 / std::max(std::abs(principal_curvatures(patch.jet2({0.7, 0.6})).k1),
+                                  std::abs(principal_curvatures(patch.jet2({0.7, 0.6})).k2))));
+    }
+}

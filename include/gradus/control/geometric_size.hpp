@@ -18,7 +18,7 @@ struct SizedBackground {
 };
 
 struct BackgroundOptions {
-    int cells = 8;  ///< edges across a square patch to begin with; fewer of more patches than SurfaceModel::kMany
+    int cells = 10;  ///< edges across a square patch to begin with; fewer of more patches than SurfaceModel::kMany
     double size_tolerance = 0.05;   ///< largest |ln(interpolated / exact size)| at edge middles and centroids
     double chord_tolerance = 0.05;  ///< largest gap between an edge and the surface above its middle, per edge length
     double finest = 1;              ///< edges of at most this metric length are never cut: the mesh could not show more

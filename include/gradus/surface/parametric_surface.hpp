@@ -31,6 +31,9 @@ class ParametricSurface {
     virtual Eigen::Vector3d position(const Eigen::Vector2d& uv) const = 0;
     virtual Jet1 jet1(const Eigen::Vector2d& uv) const = 0;
     virtual Jet2 jet2(const Eigen::Vector2d& uv) const = 0;
+    /// Where the curvature is to be taken that sizes at uv follow from: uv itself, but for surfaces that know of places
+    /// where theirs is unbounded on parts too small to matter.
+    virtual Eigen::Vector2d curvature_place(const Eigen::Vector2d& uv) const { return uv; }
     /// Second-order jets of many points at once. @pre uv.size() == jets.size()
     virtual void jets(std::span<const Eigen::Vector2d> uv, std::span<Jet2> jets) const;
 };
