@@ -75,12 +75,7 @@ struct Samples {
 Samples sample(const SurfaceModel& model) {
     Samples samples;
     for (int p = 0; p < model.num_patches(); ++p) {
-        const Domain domain = model.patch(p).domain();
-        std::vector<Eigen::Vector2d> uv;
-        for (int j = 0; j <= Samples::kIntervals; ++j)
-            for (int i = 0; i <= Samples::kIntervals; ++i)
-                uv.push_back(domain.min +
-                             (domain.max - domain.min).cwiseProduct(Eigen::Vector2d(i, j) / Samples::kIntervals));
+        const std::vector<Eigen::Vector2d> uv = model.samples(p, Samples::kIntervals, Samples::kIntervals);
         std::vector<double> radii(uv.size());
         minimal_radii(model.patch(p), uv, radii);
         for (std::size_t i = 0; i < uv.size(); ++i) {

@@ -3,6 +3,7 @@
 #include "gradus/control/metric.hpp"
 #include "gradus/curvature/principal.hpp"
 #include "gradus/mesh/connectivity.hpp"
+#include "gradus/surface/locate.hpp"
 #include "patch_meshes.hpp"
 
 #include <fmt/format.h>
@@ -42,21 +43,16 @@ double size_at(const SurfaceModel& model, const SizingRule& rule, const SurfaceP
 std::vector<double> even_pieces(const SurfaceModel& model, int curve, int pieces) {
     if (pieces == 1) return {0, 1};
     const int samples = 8 * pieces;
-    std::vector<double> length{0};
+    std::vector<double> sample{0}, length{0};
     Eigen::Vector3d last = model.curve_point(curve, 0);
     for (int k = 1; k <= samples; ++k) {
+        sample.push_back(k);
         const Eigen::Vector3d p = model.curve_point(curve, static_cast<double>(k) / samples);
         length.push_back(length.back() + (p - last).norm());
         last = p;
     }
-    std::vector<double> t{0};
-    for (int i = 1, k = 1; i < pieces; ++i) {
-        const double wanted = length.back() * i / pieces;
-        while (k < samples && length[k] < wanted) ++k;
-        const double step = length[k] - length[k - 1];
-        t.push_back((k - 1 + (step > 0 ? (wanted - length[k - 1]) / step : 0.5)) / samples);
-    }
-    t.push_back(1);
+    std::vector<double> t = equal_pieces(sample, length, pieces);
+    for (double& at : t) at /= samples;
     return t;
 }
 
@@ -114,7 +110,8 @@ CutCurves cut_curves(const SurfaceModel& model, std::span<const double> length_o
 // A mesh of the patches under refinement. Half-edges on model curves carry the curve as tag.
 class Builder {
   public:
-    Builder(const SurfaceModel& model, const SizingRule& rule) : model_(model), rule_(rule) {}
+    // @param rule  none: sizes are not kept
+    Builder(const SurfaceModel& model, const SizingRule* rule) : model_(model), rule_(rule) {}
 
     // With about `cells` edges across each patch.
     void start(double cells);
@@ -136,7 +133,7 @@ class Builder {
 
   private:
     double exact_size(const SurfacePoint& at) const {
-        return size_from_radius(rule_, minimal_radius(model_.patch(at.patch), at.uv));
+        return size_from_radius(*rule_, minimal_radius(model_.patch(at.patch), at.uv));
     }
     double size_on_edge(int h, const SurfacePoint& middle) const;
     // Of the way over the surface, by two chords. Where parameters run into a cusp the chord between the ends may be
@@ -153,7 +150,7 @@ class Builder {
     void find_borders();
 
     const SurfaceModel& model_;
-    const SizingRule& rule_;
+    const SizingRule* rule_;
     Connectivity mesh_;
     std::vector<Eigen::Vector3d> points_;
     std::vector<double> sizes_;
@@ -200,7 +197,7 @@ void Builder::start(double cells) {
         const PatchMesh& mesh = meshes.patches()[p];
         for (std::size_t i = 0; i < mesh.uv.size(); ++i)
             if (const int v = vertex[mesh.number[i]]; v != kUnused)
-                sizes_[v] = std::min(sizes_[v], size_at(model_, rule_, {p, mesh.uv[i]}));
+                sizes_[v] = std::min(sizes_[v], size_at(model_, *rule_, {p, mesh.uv[i]}));
     }
 }
 
@@ -242,11 +239,7 @@ void Builder::find_borders() {
     for (int h = 0; h < 3 * mesh_.num_triangles(); ++h) {
         const int t = h / 3, k = h % 3, patch = patch_[t];
         if (has_pole[patch])
-            for (const auto& [ref, at] : model_.border_at({patch, uv_[t][k]}))
-                if (model_.curves()[ref.curve].kind == CurveKind::Pole) {
-                    const Eigen::Vector2d along = model_.use(ref).image->duv(at);
-                    pole_[t][k] = std::abs(along.x()) >= std::abs(along.y()) ? 0 : 1;
-                }
+            if (int axis = 0; on_pole(model_, {patch, uv_[t][k]}, axis)) pole_[t][k] = static_cast<signed char>(axis);
     }
     for (int h = 0; h < 3 * mesh_.num_triangles(); ++h) {
         if (!is_border(h)) continue;
@@ -324,7 +317,7 @@ double Builder::size_on_edge(int h, const SurfacePoint& middle) const {
     if (mesh_.twin(h) >= 0) size = std::min(size, exact_size(other_side_of(h, middle)));
     if (is_feature(model_.curves()[curve].kind)) {
         const OnCurve& on = border_[h / 3][h % 3];
-        size = std::min(size, size_from_radius(rule_, curve_radius(model_, curve, (on.t0 + on.t1) / 2)));
+        size = std::min(size, size_from_radius(*rule_, curve_radius(model_, curve, (on.t0 + on.t1) / 2)));
     }
     return size;
 }
@@ -334,7 +327,7 @@ void Builder::bisect(int h) {
     const SurfacePoint middle = middle_of(h);
     const SurfacePoint beyond = g >= 0 ? other_side_of(h, middle) : middle;
     parents_.push_back({mesh_.origin(h), mesh_.target(h)});
-    sizes_.push_back(size_on_edge(h, middle));
+    if (rule_) sizes_.push_back(size_on_edge(h, middle));
     const OnCurve on = border_[h / 3][h % 3];
     points_.push_back(curve >= 0 ? model_.curve_point(curve, (on.t0 + on.t1) / 2) : model_.position(middle));
     mesh_.split(h);
@@ -470,7 +463,7 @@ double Builder::unit_triangles() const {
 }
 
 bool Builder::near_prescribed(int t) const {
-    for (const SizingRule::At& at : rule_.at) {
+    for (const SizingRule::At& at : rule_->at) {
         const Triangle v = mesh_.triangle(t);
         const double reach = length(longest_edge(t));
         if (reach <= at.size) continue;
@@ -494,7 +487,7 @@ SizedBackground make_background(const SurfaceModel& model, const SizingRule& rul
         throw std::invalid_argument("make_background: cells = " + std::to_string(options.cells) + " must be 2 or more");
     if (!(options.size_tolerance > 0) || !(options.chord_tolerance > 0) || !(options.finest > 0))
         throw std::invalid_argument("make_background: tolerances must be positive");
-    Builder builder(model, rule);
+    Builder builder(model, &rule);
     const double share = std::min(1.0, static_cast<double>(SurfaceModel::kMany) / std::max(model.num_patches(), 1));
     builder.start(options.cells * std::sqrt(share));
     // Refining for sizes that will be refused in the end takes long: the first grid tells the order of magnitude.
@@ -515,16 +508,18 @@ SizedBackground make_background(const SurfaceModel& model, const SizingRule& rul
 FacetedSurface facets_within(const SurfaceModel& model, const Background& background, double tolerance,
                              int max_triangles) {
     if (!(tolerance > 0)) throw std::invalid_argument("facets_within: tolerance must be positive");
-    const SizingRule rule;
-    Builder builder(model, rule);
-    const std::vector<double> sizes(background.mesh.n_vertices(), 1);
-    builder.start_from(background, sizes);
-    if (!builder.refine([&](int t) { return builder.gap(t) > tolerance; }, max_triangles))
+    Builder builder(model, nullptr);
+    builder.start_from(background, {});
+    double largest = 0;
+    const auto is_far = [&](int t) {
+        const double gap = builder.gap(t);
+        if (gap <= tolerance) largest = std::max(largest, gap);
+        return gap > tolerance;
+    };
+    if (!builder.refine(is_far, max_triangles))
         throw std::length_error(
             fmt::format("facets within {:g} of the surface are more than {}", tolerance, max_triangles));
-    FacetedSurface result{std::move(builder.result().background)};
-    for (int t = 0; t < builder.mesh().num_triangles(); ++t) result.gap = std::max(result.gap, builder.gap(t));
-    return result;
+    return {std::move(builder.result().background), largest};
 }
 
 std::vector<double> geometric_sizes(const SurfaceModel& model, const Background& background, const SizingRule& rule) {
@@ -542,7 +537,7 @@ std::vector<double> geometric_sizes(const SurfaceModel& model, const Background&
 
 int refine_for_gradation(const SurfaceModel& model, const SizingRule& rule, double longest, SizedBackground& sized,
                          std::vector<double>& graded, int max_triangles) {
-    Builder builder(model, rule);
+    Builder builder(model, &rule);
     builder.start_from(sized.background, sized.sizes);
     std::size_t known = graded.size();
     builder.refine(

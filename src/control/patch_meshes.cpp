@@ -79,6 +79,20 @@ void cut_into_polygons(const SurfaceModel& model, std::vector<int>& pieces) {
     }
 }
 
+std::vector<double> equal_pieces(std::span<const double> t, std::span<const double> length, int pieces) {
+    std::vector<double> cut{0};
+    std::size_t i = 1;
+    for (int k = 1; k < pieces; ++k) {
+        const double wanted = length.back() * k / pieces;
+        while (i + 1 < t.size() && length[i] < wanted) ++i;
+        const double l0 = length[i - 1], l1 = length[i];
+        const double s = l1 > l0 ? (wanted - l0) / (l1 - l0) : 0.5;
+        cut.push_back(t[i - 1] + s * (t[i] - t[i - 1]));
+    }
+    cut.push_back(t.back());
+    return cut;
+}
+
 PatchMeshes::PatchMeshes(const SurfaceModel& model, const CutCurves& curves, const PatchSize& size,
                          std::size_t most_points)
     : model_(model), patches_(model.num_patches()), shared_(curves.count), count_(curves.count) {

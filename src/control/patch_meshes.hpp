@@ -4,6 +4,7 @@
 
 #include <array>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "gradus/mesh/tri_mesh.hpp"
@@ -25,6 +26,9 @@ struct CutCurves {
 /// As many pieces of curves as make a mesh: three of one that returns to its start, two of a seam, as the patch lies on
 /// both its sides, and of the second of two curves between the same vertices; none of a pole stays none.
 void cut_into_polygons(const SurfaceModel& model, std::vector<int>& pieces);
+
+/// Parameters that cut a curve into pieces of the same length. @param length  that from t[0] = 0 to each t
+std::vector<double> equal_pieces(std::span<const double> t, std::span<const double> length, int pieces);
 
 /// The mesh of one patch: shared vertices by their number, inner ones numbered after those of all patches.
 struct PatchMesh {

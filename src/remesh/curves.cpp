@@ -63,21 +63,6 @@ class Integrator {
     Integral integral_;
 };
 
-std::vector<double> equal_pieces(const Integral& integral, int pieces) {
-    std::vector<double> t{0};
-    const double total = integral.length.back();
-    std::size_t i = 1;
-    for (int k = 1; k < pieces; ++k) {
-        const double wanted = total * k / pieces;
-        while (i + 1 < integral.t.size() && integral.length[i] < wanted) ++i;
-        const double l0 = integral.length[i - 1], l1 = integral.length[i];
-        const double s = l1 > l0 ? (wanted - l0) / (l1 - l0) : 0.5;
-        t.push_back(integral.t[i - 1] + s * (integral.t[i] - integral.t[i - 1]));
-    }
-    t.push_back(1);
-    return t;
-}
-
 }  // namespace
 
 std::vector<std::vector<double>> discretise_curves(const SurfaceModel& model, const ControlSpace& control) {
@@ -92,7 +77,7 @@ std::vector<std::vector<double>> discretise_curves(const SurfaceModel& model, co
     cut_into_polygons(model, pieces);
     std::vector<std::vector<double>> t(curves.size());
     for (std::size_t c = 0; c < curves.size(); ++c)
-        if (pieces[c] > 0) t[c] = equal_pieces(integrals[c], pieces[c]);
+        if (pieces[c] > 0) t[c] = equal_pieces(integrals[c].t, integrals[c].length, pieces[c]);
     return t;
 }
 

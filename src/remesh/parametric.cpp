@@ -17,12 +17,6 @@ namespace gradus {
 
 namespace {
 
-Vertex vertex_from(const Foot& foot) {
-    Vertex v;
-    take_foot(v, foot);
-    return v;
-}
-
 // True where the surface has several normals at a pole, as at the tip of a cone.
 bool is_tip(const SurfaceModel& model, int pole) {
     constexpr double kCosine = 0.966;  // of 15 degrees, from which curves are creases
@@ -48,10 +42,10 @@ std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport
     for (int v = 0; v < corners; ++v) {
         const SurfacePoint at = model.vertices()[v].places.front();
         const bool fixed = on_feature[v] || model.vertices()[v].tip;
-        vertices[v] = vertex_from(support.foot({at, -1, 0, control.locate(at), fixed ? v : -1}));
+        take_foot(vertices[v], support.foot({at, -1, 0, control.locate(at), fixed ? v : -1}));
         vertices[v].bound = fixed ? Bound::Fixed : Bound::Free;
         if (const auto junction = support.junction(v)) {
-            vertices[v] = vertex_from(support.foot(*junction));
+            take_foot(vertices[v], support.foot(*junction));
             vertices[v].bound = Bound::Curve;
         }
         if ((on_crease[v] || model.vertices()[v].tip) && vertices[v].bound == Bound::Fixed)
@@ -62,7 +56,7 @@ std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport
         for (int i = 1; i + 1 < static_cast<int>(curves.t[c].size()); ++i) {
             const SurfacePoint at = model.on_curve(c, 0, curves.t[c][i]);
             Vertex& v = vertices[curves.number(model, c, i)];
-            v = vertex_from(support.foot({at, feature ? c : -1, curves.t[c][i], control.locate(at)}));
+            take_foot(v, support.foot({at, feature ? c : -1, curves.t[c][i], control.locate(at)}));
             v.bound = feature ? Bound::Curve : Bound::Free;
         }
     }
@@ -70,7 +64,7 @@ std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport
         const PatchMesh& mesh = assembly.patches()[p];
         for (std::size_t i = 0; i < mesh.uv.size(); ++i)
             if (mesh.number[i] >= curves.count)
-                vertices[mesh.number[i]] = vertex_from(support.foot({{p, mesh.uv[i]}, -1, 0, mesh.cell[i]}));
+                take_foot(vertices[mesh.number[i]], support.foot({{p, mesh.uv[i]}, -1, 0, mesh.cell[i]}));
     }
     return vertices;
 }

@@ -24,8 +24,7 @@ void between_sides(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Foot& foo
 }
 
 Foot PatchSupport::foot(Place place) const {
-    Foot foot{place, place.curve >= 0 ? model_.curve_point(place.curve, place.t) : model_.position(place.at),
-              model_.normal(place.at), 0};
+    Foot foot{place, model_.position(place.at), model_.normal(place.at), 0};
     foot.size = control_.size(foot.point, foot.place.cell);
     if (place.curve >= 0 && model_.curves()[place.curve].kind == CurveKind::Crease)
         between_sides(model_.normal(model_.on_curve(place.curve, 0, place.t)),

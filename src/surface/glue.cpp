@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
-#include <map>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "../mesh/cells.hpp"
 #include "trace.hpp"
 
 namespace gradus {
@@ -134,41 +134,8 @@ std::optional<Match> match(const SampledSide& a, const SampledSide& b, double to
     return std::nullopt;
 }
 
-/// Finds sides whose ends coincide in either order: by the cell of a grid in which the middle between both ends lies.
-class EndIndex {
-  public:
-    /// @param diagonal  of the model: cells are not smaller than what numbers of that size can tell apart
-    EndIndex(double tolerance, double diagonal, const Vector3d& origin)
-        : cell_(std::max(4 * tolerance, 1e-14 * diagonal)), origin_(origin) {}
-
-    void insert(int side, const SampledSide& s) { cells_[cell_of(middle(s))].push_back(side); }
-
-    /// Sides inserted so far that may coincide with s, ascending.
-    std::vector<int> candidates(const SampledSide& s) const {
-        const Cell c = cell_of(middle(s));
-        std::vector<int> result;
-        for (int x = -1; x <= 1; ++x)
-            for (int y = -1; y <= 1; ++y)
-                for (int z = -1; z <= 1; ++z)
-                    if (const auto it = cells_.find({c[0] + x, c[1] + y, c[2] + z}); it != cells_.end())
-                        result.insert(result.end(), it->second.begin(), it->second.end());
-        std::sort(result.begin(), result.end());
-        return result;
-    }
-
-  private:
-    using Cell = std::array<std::int64_t, 3>;
-    static Vector3d middle(const SampledSide& s) { return (s.points.front() + s.points.back()) / 2; }
-    Cell cell_of(const Vector3d& p) const {
-        const Vector3d x = (p - origin_) / cell_;
-        return {static_cast<std::int64_t>(std::floor(x.x())), static_cast<std::int64_t>(std::floor(x.y())),
-                static_cast<std::int64_t>(std::floor(x.z()))};
-    }
-
-    double cell_;
-    Vector3d origin_;
-    std::map<Cell, std::vector<int>> cells_;
-};
+/// Sides whose ends coincide, in either order, have the middle between their ends in common.
+Vector3d middle_of_ends(const SampledSide& s) { return (s.points.front() + s.points.back()) / 2; }
 
 /// The image of a curve on a second side whose parameter is not an affine one of the first: each point of the curve is
 /// matched by the closest one.
@@ -223,7 +190,10 @@ class Gluing {
         const Eigen::AlignedBox3d box = box_of_samples();
         if (box.isEmpty()) return;
         tolerance_ = options.tolerance * box.diagonal().norm();
-        join_sides(EndIndex(tolerance_, box.diagonal().norm(), box.min()));
+        constexpr double kLeastWidth = 1e-6;  // of the diagonal: there are not more cells than can be numbered
+        Cells ends(box.min(),
+                   std::max({4 * tolerance_, kLeastWidth * box.diagonal().norm(), std::numeric_limits<double>::min()}));
+        join_sides(ends);
     }
 
     Topology take() { return std::move(topology_); }
@@ -249,7 +219,7 @@ class Gluing {
         return box;
     }
 
-    void join_sides(EndIndex index) {
+    void join_sides(Cells& ends) {
         const int n = 4 * static_cast<int>(topology_.patches.size());
         sides_.reserve(n);
         curve_of_.assign(n, -1);
@@ -257,9 +227,9 @@ class Gluing {
             const Side side = static_cast<Side>(k % 4);
             sides_.push_back(sample_side(patch(k / 4), k / 4, side, tolerance_));
             if (k % 4 == 0) topology_.patches[k / 4].loops.emplace_back();
-            if (sides_[k].pole || !join_known_curve(k, index)) {
+            if (sides_[k].pole || !join_known_curve(k, ends)) {
                 start_curve(k);
-                if (!sides_[k].pole) index.insert(k, sides_[k]);
+                if (!sides_[k].pole) ends.insert(middle_of_ends(sides_[k]), k);
             }
         }
     }
@@ -282,8 +252,11 @@ class Gluing {
 
     std::string describe(int k) const { return "patch " + std::to_string(k / 4) + " " + name_of(sides_[k].curve.side); }
 
-    bool join_known_curve(int k, const EndIndex& index) {
-        for (const int other : index.candidates(sides_[k])) {
+    bool join_known_curve(int k, const Cells& ends) {
+        std::vector<int> candidates;
+        ends.for_each_near(middle_of_ends(sides_[k]), [&](int side) { candidates.push_back(side); });
+        std::sort(candidates.begin(), candidates.end());
+        for (const int other : candidates) {
             std::optional<Match> m = match(sides_[other], sides_[k], tolerance_);
             if (!m) continue;
             const int c = curve_of_[other];

@@ -110,18 +110,13 @@ class Descent {
     bool slide() {
         if (!model_) return false;
         constexpr int kMostHalvings = 12;
-        bool moved = false;
         for (const auto& [ref, t] : model_->border_at({patch_, uv_})) {
             const PlaneCurve& image = *model_->use(ref).image;
             double step = step_along(f_, image, t);
             for (int half = 0; half < kMostHalvings && step != 0; ++half, step /= 2)
-                if (take(image.uv(std::clamp(t + step, 0.0, 1.0)))) {
-                    moved = true;
-                    break;
-                }
-            if (moved) break;
+                if (take(image.uv(std::clamp(t + step, 0.0, 1.0)))) return true;
         }
-        return moved;
+        return false;
     }
 
     bool take(const Vector2d& uv) {
@@ -253,7 +248,8 @@ class Locator::Samples {
     Samples(const SurfaceModel& model, int intervals) {
         first_.push_back(0);
         for (int patch = 0; patch < model.num_patches(); ++patch) {
-            sample(model, patch, intervals);
+            for (const Vector2d& uv : model.samples(patch, intervals, intervals))
+                by_patch_.push_back({model.position({patch, uv}), {patch, uv}});
             first_.push_back(by_patch_.size());
         }
         samples_ = by_patch_;
@@ -278,30 +274,6 @@ class Locator::Samples {
         double squared;
         std::size_t sample;
     };
-
-    /// A lattice over the box of the loops, where it is inside them; the loops themselves if they do not fill it.
-    void sample(const SurfaceModel& model, int patch, int intervals) {
-        Eigen::AlignedBox2d box;
-        const auto add = [&](const SurfacePoint& at) { by_patch_.push_back({model.position(at), at}); };
-        const auto on_loops = [&](const auto& visit) {
-            for (const std::vector<UseRef>& loop : model.loops(patch))
-                for (const auto& [curve, use] : loop)
-                    for (int k = 0; k < intervals; ++k)
-                        visit(model.on_curve(curve, use, static_cast<double>(k) / intervals));
-        };
-        on_loops([&](const SurfacePoint& at) { box.extend(at.uv); });
-        bool fills_its_box = true;
-        for (int j = 0; j <= intervals; ++j)
-            for (int i = 0; i <= intervals; ++i) {
-                const Vector2d part(static_cast<double>(i) / intervals, static_cast<double>(j) / intervals);
-                const SurfacePoint at{patch, box.min() + part.cwiseProduct(box.sizes())};
-                if (model.contains(at))
-                    add(at);
-                else
-                    fills_its_box = false;
-            }
-        if (!fills_its_box) on_loops(add);
-    }
 
     void build(std::size_t begin, std::size_t end) {
         if (begin >= end) return;

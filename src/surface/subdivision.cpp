@@ -365,19 +365,12 @@ class CurvesOfCage {
 
 // Vertices at which the curvature of the limit surface has no bound: those inside that have another number of edges
 // than regular ones (at few of them it has), and infinitely sharp corners.
-std::vector<char> unbounded_vertices(const Cage& cage, SubdivisionScheme scheme) {
-    std::vector<int> faces(cage.points.size(), 0);
-    std::map<Edge, int> uses;
-    for (const std::vector<int>& face : cage.faces)
-        for (std::size_t k = 0; k < face.size(); ++k) {
-            ++faces[face[k]];
-            ++uses[edge_between(face[k], face[(k + 1) % face.size()])];
-        }
+std::vector<char> unbounded_vertices(const Cage& cage, SubdivisionScheme scheme,
+                                     const osd::Far::TopologyLevel& topology) {
     const int regular = scheme == SubdivisionScheme::Loop ? 6 : 4;
     std::vector<char> result(cage.points.size());
-    for (std::size_t v = 0; v < result.size(); ++v) result[v] = faces[v] != regular;
-    for (const auto& [edge, count] : uses)
-        if (count == 1) result[edge[0]] = result[edge[1]] = 0;
+    for (int v = 0; v < std::ssize(result); ++v)
+        result[v] = !topology.IsVertexBoundary(v) && topology.GetVertexFaces(v).size() != regular;
     for (const Cage::Corner& corner : cage.corners)
         if (corner.sharpness >= Cage::kSharp) result[corner.vertex] = 1;
     return result;
@@ -439,7 +432,7 @@ LimitSurface limit_surface(const Cage& cage, SubdivisionScheme scheme) {
     const bool all_quads =
         std::all_of(cage.faces.begin(), cage.faces.end(), [](const auto& face) { return face.size() == 4; });
     CurvesOfCage curves(cage, result.topology);
-    const std::vector<char> unbounded = unbounded_vertices(cage, scheme);
+    const std::vector<char> unbounded = unbounded_vertices(cage, scheme, shared->refiner->GetLevel(0));
     const auto unbounded_corners = [&](const std::vector<int>& face, int part) {
         std::vector<Vector2d> corners;
         if (all_quads) {

@@ -82,7 +82,6 @@ struct SurfaceModel::Builder {
         for (Topology::Curve& given : curves) {
             ModelCurve& curve = model.curves_.emplace_back();
             curve.uses = std::move(given.uses);
-            curve.space = std::move(given.space);
             curve.kind = given.kind.value_or(curve.uses.size() == 2 ? CurveKind::Smooth : CurveKind::Boundary);
             kind_given.push_back(given.kind.has_value());
             if (curve.uses.empty() || curve.uses.size() > 2)
@@ -137,25 +136,8 @@ struct SurfaceModel::Builder {
     }
 
     Eigen::AlignedBox3d box_of_samples(int i) const {
-        const Border& border = model.borders_[i];
-        const int n = has_many() ? 2 : 8;
         Eigen::AlignedBox3d result;
-        bool fills_its_box = true;
-        for (int b = 0; b <= n; ++b)
-            for (int a = 0; a <= n; ++a) {
-                const Vector2d uv(
-                    interpolate(border.box().min().x(), border.box().max().x(), static_cast<double>(a) / n),
-                    interpolate(border.box().min().y(), border.box().max().y(), static_cast<double>(b) / n));
-                if (border.contains(uv))
-                    result.extend(finite_point(i, uv));
-                else
-                    fills_its_box = false;
-            }
-        if (fills_its_box) return result;
-        for (const std::vector<UseRef>& loop : model.loops(i))
-            for (const UseRef& ref : loop)
-                for (int k = 0; k < samples(); ++k)
-                    result.extend(finite_point(i, model.use(ref).image->uv(static_cast<double>(k) / samples())));
+        for (const Vector2d& uv : model.samples(i, has_many() ? 2 : 8, samples())) result.extend(finite_point(i, uv));
         return result;
     }
 
@@ -238,8 +220,6 @@ struct SurfaceModel::Builder {
             ModelCurve& curve = model.curves_[c];
             curve.ends = {vertex_of[sets.find(2 * c)], vertex_of[sets.find(2 * c + 1)]};
             if (curve.kind == CurveKind::Pole) model.vertices_[curve.ends[0]].pole = true;
-            if (curve.space)
-                for (const int end : {0, 1}) model.vertices_[curve.ends[end]].point = curve.space->jet(end).p;
         }
         for (const CurveEnd& tip : tips) model.vertices_[model.curves_[tip.curve].ends[tip.at_end]].tip = true;
     }
@@ -397,29 +377,19 @@ SurfacePoint SurfaceModel::on_curve(int curve, int use, double t) const {
     return {at.patch, at.image->uv(1 - (1 - t))};
 }
 
-Vector3d SurfaceModel::curve_point(int curve, double t) const {
-    const ModelCurve& of = curves_[curve];
-    return of.space ? of.space->jet(t).p : position(on_curve(curve, 0, t));
-}
+Vector3d SurfaceModel::curve_point(int curve, double t) const { return position(on_curve(curve, 0, t)); }
 
 CurveJet SurfaceModel::curve_jet(int curve, double t) const {
-    const ModelCurve& of = curves_[curve];
-    if (of.space) {
-        const CurveJet2 jet = of.space->jet(t);
-        return {jet.p, jet.d};
-    }
     const SurfacePoint at = on_curve(curve, 0, t);
     const Jet1 jet = patch(at.patch).jet1(at.uv);
-    const Vector2d along = of.uses[0].image->duv(t);
+    const Vector2d along = curves_[curve].uses[0].image->duv(t);
     return {jet.p, jet.du * along.x() + jet.dv * along.y()};
 }
 
 CurveJet2 SurfaceModel::curve_jet2(int curve, double t) const {
-    const ModelCurve& of = curves_[curve];
-    if (of.space) return of.space->jet(t);
     const SurfacePoint at = on_curve(curve, 0, t);
     const Jet2 jet = patch(at.patch).jet2(at.uv);
-    const Vector2d a = of.uses[0].image->duv(t), b = of.uses[0].image->dduv(t);
+    const Vector2d a = curves_[curve].uses[0].image->duv(t), b = curves_[curve].uses[0].image->dduv(t);
     return {jet.p, jet.du * a.x() + jet.dv * a.y(),
             jet.duu * (a.x() * a.x()) + jet.duv * (2 * a.x() * a.y()) + jet.dvv * (a.y() * a.y()) + jet.du * b.x() +
                 jet.dv * b.y()};
@@ -434,6 +404,28 @@ std::vector<SurfaceModel::OnBorder> SurfaceModel::border_at(const SurfacePoint& 
 }
 
 bool SurfaceModel::contains(const SurfacePoint& at) const { return borders_[at.patch].contains(at.uv); }
+
+std::vector<Vector2d> SurfaceModel::samples(int patch, int intervals, int per_curve) const {
+    const Border& border = borders_[patch];
+    const Vector2d &low = border.box().min(), &high = border.box().max();
+    std::vector<Vector2d> result;
+    bool fills_its_box = true;
+    for (int b = 0; b <= intervals; ++b)
+        for (int a = 0; a <= intervals; ++a) {
+            const Vector2d uv(interpolate(low.x(), high.x(), static_cast<double>(a) / intervals),
+                              interpolate(low.y(), high.y(), static_cast<double>(b) / intervals));
+            if (border.contains(uv))
+                result.push_back(uv);
+            else
+                fills_its_box = false;
+        }
+    if (fills_its_box) return result;
+    for (const std::vector<UseRef>& loop : loops(patch))
+        for (const auto& [curve, use] : loop)
+            for (int k = 0; k < per_curve; ++k)
+                result.push_back(on_curve(curve, use, static_cast<double>(k) / per_curve).uv);
+    return result;
+}
 
 Vector3d SurfaceModel::normal(const SurfacePoint& at) const {
     const Vector3d n = unit_normal(patch(at.patch), at.uv);

@@ -31,14 +31,15 @@ struct BackgroundOptions {
 /// represented. Sizes follow from the minimal radius of curvature of the surface, at curves the smallest of their
 /// sides; on creases and boundaries the curvature of the curve counts as well.
 /// @throws std::invalid_argument for a bad rule or options
-/// @throws std::length_error naming the estimate, made on the first grid, where max_unit_triangles is far exceeded
+/// @throws std::length_error naming the estimate, made on the first mesh, where max_unit_triangles is far exceeded
 SizedBackground make_background(const SurfaceModel& model, const SizingRule& rule,
                                 const BackgroundOptions& options = {});
 
 /// A background as facets that stand for the surface.
 struct FacetedSurface {
     Background facets;
-    double gap = 0;  ///< largest distance of the surface from them seen at the middles of edges and triangles
+    double gap =
+        0;  ///< no distance of the surface from them is larger that was seen at the middles of edges and triangles
 };
 
 /// Cuts a background until gaps are within a tolerance, unit of length.

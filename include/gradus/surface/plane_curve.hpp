@@ -1,4 +1,4 @@
-/// Curves in the parameters of a patch, and in space.
+/// Curves in the parameters of a patch.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,13 +29,6 @@ struct CurveJet {
 };
 struct CurveJet2 {
     Eigen::Vector3d p, d, dd;
-};
-
-/// A curve in space over t in [0, 1].
-class SpaceCurve {
-  public:
-    virtual ~SpaceCurve() = default;
-    virtual CurveJet2 jet(double t) const = 0;
 };
 
 }  // namespace gradus

@@ -36,7 +36,7 @@ enum class CurveKind {
 /// Kept by a mesh: its vertices and edges follow the curve.
 inline bool is_feature(CurveKind kind) { return kind == CurveKind::Boundary || kind == CurveKind::Crease; }
 
-/// A curve of the model, with a parameter t in [0, 1]. It lies where its first use has it, or where `space` says.
+/// A curve of the model, with a parameter t in [0, 1]. It lies where its first use has it.
 struct ModelCurve {
     CurveKind kind = CurveKind::Boundary;
     std::vector<CurveUse> uses;       ///< one (Boundary, Pole) or two (Smooth, Crease); a seam has both on one patch
@@ -44,7 +44,6 @@ struct ModelCurve {
     double length = 0;                ///< arc length; that of two chords of models with more than kMany patches
     double largest_angle = 0;  ///< largest angle seen between the normals of the two sides, radians; 0 where the kind
                                ///< was given
-    std::unique_ptr<const SpaceCurve> space = nullptr;
 };
 
 /// A point where curves end, poles included.
@@ -71,7 +70,6 @@ struct Topology {
     struct Curve {
         std::vector<CurveUse> uses;
         std::optional<CurveKind> kind = {};  ///< by the number of uses and the angle between their normals if not given
-        std::unique_ptr<const SpaceCurve> space = nullptr;
     };
     std::vector<Patch> patches;
     std::vector<Curve> curves;
@@ -140,6 +138,9 @@ class SurfaceModel {
     std::vector<OnBorder> border_at(const SurfacePoint& at, double tolerance = 1e-10) const;
     /// Whether a place is inside the loops of its patch, or on them.
     bool contains(const SurfacePoint& at) const;
+    /// Parameters all over a patch: of a lattice over the box of its loops, where they are inside; if they do not fill
+    /// it, of the loops too. @param intervals  in each direction, per_curve  on each curve
+    std::vector<Eigen::Vector2d> samples(int patch, int intervals, int per_curve) const;
 
     Eigen::Vector3d position(const SurfacePoint& at) const { return patch(at.patch).position(at.uv); }
     /// Outward unit normal; at a pole the limit, never zero or not a number for a surface that has one.

@@ -1,1 +1,0 @@
-g++ -std=c++20 -O1 -DFMT_SHARED -I/work/main/include -isystem /usr/include/eigen3 d.cpp -o d /work/main/build/release/libgradus.a -lfmt -ltbb -lOpenMeshCore -lpng -lz -lexpat -losdCPU -lpugixml 2>&1 | grep -E "error|undefined" | head
