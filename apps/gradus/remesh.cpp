@@ -98,7 +98,8 @@ void check_options(const Options& options) {
 // The size map that patches are meshed for, and how it came about.
 struct Map {
     SizedBackground sized;
-    std::optional<SizingRule> rule;
+    std::optional<SizingRule> rule;  // as asked for
+    double hmin = 0;                 // of the sizes; a default one gives way to a chord error
     std::optional<GradationResult> gradation;
 };
 
@@ -121,13 +122,15 @@ Map make_map(const Options& options, const SurfaceModel& model, const std::optio
     Map map;
     if (options.sizes.empty()) {
         map.rule = rule_of(options.sizing, limits_for(model.diagonal()));
+        SizingRule rule = *map.rule;
         if (options.sizing.chord_error) {
-            if (!options.sizing.hmin) map.rule->hmin *= kFinestSize;
-            map.rule = rule_within(*options.sizing.chord_error, *map.rule);
+            if (!options.sizing.hmin) rule.hmin *= kFinestSize;
+            rule = rule_within(*options.sizing.chord_error, rule);
         }
-        map.sized = background_for(model, *map.rule, stages);
+        map.hmin = rule.hmin;
+        map.sized = background_for(model, rule, stages);
         if (!gradation) return map;
-        GradedMap graded = grade_refining(model, *map.rule, *gradation, map.sized, stages);
+        GradedMap graded = grade_refining(model, rule, *gradation, map.sized, stages);
         map.sized.sizes = std::move(graded.sizes);
         map.gradation = std::move(graded.result);
         return map;
@@ -152,7 +155,7 @@ void mesh_within(const Options& options, const std::optional<GradationOptions>& 
     const double wanted = *options.sizing.chord_error;
     PatchChordErrorResult within = stages.run("meshing", [&] {
         return remesh_within(model, map.sized, wanted,
-                             {.gradation = gradation, .hmin = map.rule->hmin, .remesh = remesh_options(options)});
+                             {.gradation = gradation, .hmin = map.hmin, .remesh = remesh_options(options)});
     });
     made.result = std::move(within.result);
     made.met = within.kept;

@@ -90,7 +90,7 @@ void PatchSupport::link_curves() {
         if (is_feature(curves[c].kind))
             for (const bool at_end : {false, true}) ends[curves[c].ends[at_end]].push_back({c, at_end});
     for (std::size_t v = 0; v < ends.size(); ++v) {
-        if (ends[v].size() != 2 || model_.vertices()[v].pole) continue;
+        if (ends[v].size() != 2 || model_.vertices()[v].pole || model_.vertices()[v].tip) continue;
         const auto [a, b] = std::pair(ends[v][0], ends[v][1]);
         const bool straight = leaving(a.curve, a.at_end).dot(leaving(b.curve, b.at_end)) < -kStraight;
         if (straight && curves[a.curve].kind == curves[b.curve].kind) junctions_[v] = a;

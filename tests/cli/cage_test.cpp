@@ -91,3 +91,40 @@ TEST_CASE("angles of the cage make creases, and other files are no cages", "[cli
         CHECK_THAT(outcome.err, Catch::Contains(message));
     }
 }
+
+TEST_CASE("a chord error is kept between mesh and limit surface, and told as it was asked for", "[cli]") {
+    const TemporaryFolder folder;
+    support::spill(folder / "cage.obj", kCube);
+    const Outcome outcome =
+        run(folder, "remesh cage.obj --subdivision catmull-clark --chord-error 0.005 -o out.mesh --json");
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const json said = json::parse(outcome.out);
+    CHECK(said["chord_error_kept"] == true);
+    CHECK(said["distance"]["from_input"]["bound"].get<double>() <= 0.005);
+    CHECK(said["distance"]["from_mesh"]["bound"].get<double>() <= 0.005);
+    CHECK(said["sizing"]["value"] == 0.005);
+    // Elements that may not be smaller cannot keep it: said, with the mesh written.
+    const Outcome coarse =
+        run(folder, "remesh cage.obj --subdivision catmull-clark --chord-error 0.001 --hmin 0.3 -o coarse.mesh");
+    CHECK(coarse.code == 1);
+    CHECK_THAT(coarse.err, Catch::Contains("farther from it than the chord error") && Catch::Contains("--hmin 0.3"));
+    CHECK(diagnose(read_mesh(folder / "coarse.mesh")).closed);
+}
+
+TEST_CASE("a sharp corner on a straight crease is a vertex of the mesh", "[cli]") {
+    const TemporaryFolder folder;
+    // Four squares, a crease along their middle line, its middle vertex a corner.
+    std::string cage;
+    for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i)
+            cage += "v " + std::to_string(i) + " " + std::to_string(j) + " " + (j == 1 ? "0.5" : "0") + "\n";
+    cage += "f 1 2 5 4\nf 2 3 6 5\nf 4 5 8 7\nf 5 6 9 8\n";
+    cage += "t crease 2/1/0 3 4 10\nt crease 2/1/0 4 5 10\nt corner 1/1/0 4 10\n";
+    support::spill(folder / "cage.obj", cage);
+    REQUIRE(run(folder, "remesh cage.obj --subdivision catmull-clark --hmax 0.37 -o out.mesh").code == 0);
+    const TriangleSoup mesh = read_mesh(folder / "out.mesh");
+    double nearest = 1;
+    for (const Eigen::Vector3d& p : mesh.points) nearest = std::min(nearest, (p - Eigen::Vector3d(1, 1, 0.5)).norm());
+    CHECK(nearest < 1e-12);
+}
