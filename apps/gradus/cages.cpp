@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "describe.hpp"
 #include "gradus/io/cage_files.hpp"
 #include "gradus/mesh/edge.hpp"
 #include "session.hpp"
@@ -83,7 +84,7 @@ std::string counted(const std::map<int, int>& counts, std::string_view what) {
 
 }  // namespace
 
-CageInfo describe_cage(const std::string& path, const CageChoice& choice) {
+Description describe_cage(const std::string& path, const CageChoice& choice) {
     const Cage cage = read_cage(path);
     std::map<int, int> corners, valences;
     std::map<std::array<int, 2>, int> uses;
@@ -103,7 +104,7 @@ CageInfo describe_cage(const std::string& path, const CageChoice& choice) {
                                      [](const Cage::Crease& crease) { return crease.sharpness >= Cage::kSharp; });
     const auto semisharp = std::ssize(cage.creases) - sharp;
     const std::string why = why_no_limit_surface(cage, scheme_of(choice));
-    CageInfo info;
+    Description info;
     info.text = fmt::format("{}: cage, {} vertices, {} edges, {} faces\n", path, cage.points.size(), uses.size(),
                             cage.faces.size());
     info.text += "faces: " + counted(corners, "corners") + "\nvertices: " + counted(valences, "edges") + "\n";

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "gradus/surface/surface_model.hpp"
-#include "json.hpp"
 
 namespace gradus::app {
 
@@ -31,13 +30,5 @@ struct LoadedModel {
 /// The limit surface of the cage in a file, glued, with the labels of its faces. @throws IoError, Failure naming the
 /// file and what is wrong with it
 LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice);
-
-/// What is in a cage, in lines for people and for machines, and why it has no limit surface where it has none.
-struct CageInfo {
-    std::string text;
-    Json json;
-};
-/// @throws IoError
-CageInfo describe_cage(const std::string& path, const CageChoice& choice);
 
 }  // namespace gradus::app

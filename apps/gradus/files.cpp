@@ -200,7 +200,7 @@ void write_size_map(const std::string& path, const TriangleSoup& soup, const std
     else if (extension == ".ply")
         write_coloured_ply(path, soup.points, soup.triangles, sizes, {.scale = Scale::Logarithmic});
     else
-        write_sizes(path, sizes);
+        write_sizes(path, sizes, soup.dimension);
 }
 
 void check_holds(const std::string& path, std::span<const Eigen::Vector3d> points,
@@ -228,6 +228,15 @@ void check_holds(const std::string& path, std::span<const Eigen::Vector3d> point
                         "far from the origin; "
                         "write .obj .off .ply or .mesh, or move the surface to the origin",
                         path, grouped(static_cast<long long>(lost))));
+}
+
+std::vector<std::string> labels_left_behind(bool has_labels, const std::vector<std::string>& outputs) {
+    std::vector<std::string> notes;
+    for (const std::string& path : outputs)
+        if (has_labels && !holds_labels(path))
+            notes.push_back(
+                fmt::format("its labels are left behind, {} can hold none; .mesh .msh .ply .vtu can", path));
+    return notes;
 }
 
 void require_reached(const std::string& size_map, std::span<const double> graded) {

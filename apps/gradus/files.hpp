@@ -30,6 +30,10 @@ FileKind kind_of(const std::string& path);
 inline bool is_mesh(const std::string& path) {
     return kind_of(path) == FileKind::Mesh || kind_of(path) == FileKind::ReadMesh;
 }
+/// Whether a surface is given as triangles, or as a planar domain, which is cut into some.
+inline bool is_triangulation(const std::string& path, const CageChoice& cage) {
+    return is_mesh(path) && !cage.is_given();
+}
 /// In lower case, with the dot.
 std::string extension_of(const std::string& path);
 /// "a.bpt" with ".mesh" is "a.mesh".
@@ -67,6 +71,8 @@ void write_size_map(const std::string& path, const TriangleSoup& soup, const std
 /// @throws Failure naming a file to be written if its format cannot hold the mesh: single precision would turn or
 /// flatten triangles
 void check_holds(const std::string& path, std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles);
+/// A line for each output that cannot hold the labels of the input, if that has some.
+std::vector<std::string> labels_left_behind(bool has_labels, const std::vector<std::string>& outputs);
 /// @throws Failure naming the size map if grading it has left vertices without a size
 void require_reached(const std::string& size_map, std::span<const double> graded);
 /// Where the background mesh of a size map is, unless it is named: beside it.

@@ -6,7 +6,6 @@
 #include "gradus/curvature/principal.hpp"
 #include "gradus/gradation/measures.hpp"
 #include "gradus/io/mesh_files.hpp"
-#include "gradus/io/vtu.hpp"
 #include "gradus/quality/shape.hpp"
 
 namespace gradus::app {
@@ -20,19 +19,25 @@ std::vector<double> qualities_of(const SurfaceMesh& mesh) {
     return quality;
 }
 
-void write_fields(const std::string& path, const SurfaceModel& model, const SurfaceMesh& mesh) {
-    const std::vector<double> shock = vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes),
-                              quality = qualities_of(mesh);
-    std::vector<double> radius, curvature, patch(mesh.patches.begin(), mesh.patches.end());
+// What `.vtu` shows of every mesh.
+MeshData with_own_fields(const SurfaceMesh& mesh) {
+    MeshData data{{.points = mesh.points, .triangles = mesh.triangles}};
+    data.point_fields = {{"size", 1, mesh.sizes},
+                         {"shock", 1, vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes)}};
+    data.cell_fields = {{"quality", 1, qualities_of(mesh)}};
+    return data;
+}
+
+void add_curvature(const SurfaceModel& model, const SurfaceMesh& mesh, MeshData& data) {
+    std::vector<double> radius, curvature, patch;
     for (const SurfacePoint& at : mesh.places) {
         radius.push_back(minimal_radius(model.patch(at.patch), at.uv));
         curvature.push_back(1 / radius.back());
     }
-    for (double& p : patch) ++p;
-    write_vtu(
-        path, mesh.points, mesh.triangles,
-        {{"size", 1, mesh.sizes}, {"shock", 1, shock}, {"minimal_radius", 1, radius}, {"curvature", 1, curvature}},
-        {{"quality", 1, quality}, {"patch", 1, patch}});
+    for (const int p : mesh.patches) patch.push_back(p + 1);
+    data.point_fields.push_back({"minimal_radius", 1, std::move(radius)});
+    data.point_fields.push_back({"curvature", 1, std::move(curvature)});
+    data.cell_fields.push_back({"patch", 1, std::move(patch)});
 }
 
 }  // namespace
@@ -50,34 +55,28 @@ TriangleSoup soup_of(const SurfaceMesh& mesh) {
 
 void write_surface_mesh(const std::string& path, const SurfaceModel& model, const SurfaceMesh& mesh,
                         std::span<const int> labels) {
-    if (extension_of(path) == ".vtu")
-        write_fields(path, model, mesh);
-    else {
-        TriangleSoup soup = soup_of(mesh);
-        if (!labels.empty()) {
-            for (std::size_t t = 0; t < mesh.patches.size(); ++t) soup.labels[t] = labels[mesh.patches[t]];
-            // A file with places on patches has patches as labels.
-            soup.parameters.clear();
-        }
-        write_mesh(path, soup);
+    const bool is_vtu = extension_of(path) == ".vtu";
+    MeshData data = is_vtu ? with_own_fields(mesh) : MeshData{};
+    data.soup = soup_of(mesh);
+    if (!labels.empty()) {
+        for (std::size_t t = 0; t < mesh.patches.size(); ++t) data.soup.labels[t] = labels[mesh.patches[t]];
+        // A file with places on patches has patches as labels.
+        data.soup.parameters.clear();
     }
+    if (is_vtu) add_curvature(model, mesh, data);
+    // Patches are no labels in .ply, which few readers take them from.
+    labels.empty() && !is_vtu ? write_mesh(path, data.soup) : write_mesh_data(path, data);
 }
 
 void write_surface_mesh(const std::string& path, const SurfaceMesh& mesh, bool labelled,
                         const std::vector<Field>& point_fields, const std::vector<Field>& cell_fields) {
-    MeshData data{{mesh.points, mesh.triangles}};
+    MeshData data = extension_of(path) == ".vtu" ? with_own_fields(mesh)
+                                                 : MeshData{{.points = mesh.points, .triangles = mesh.triangles}};
     data.soup.dimension = mesh.dimension;
     if (labelled) data.soup.labels = mesh.patches;
-    const bool with_own = extension_of(path) == ".vtu";
-    if (with_own) {
-        data.point_fields = {{"size", 1, mesh.sizes},
-                             {"shock", 1, vertex_shocks(make_mesh(mesh.points, mesh.triangles), mesh.sizes)}};
-        data.cell_fields = {{"quality", 1, qualities_of(mesh)}};
-    } else {
-        data.soup.edges = mesh.features;
-        data.soup.edge_labels = mesh.feature_labels;
-        data.soup.required = mesh.required;
-    }
+    data.soup.edges = mesh.features;
+    data.soup.edge_labels = mesh.feature_labels;
+    data.soup.required = mesh.required;
     if (holds_fields(path)) {
         data.point_fields.insert(data.point_fields.end(), point_fields.begin(), point_fields.end());
         data.cell_fields.insert(data.cell_fields.end(), cell_fields.begin(), cell_fields.end());

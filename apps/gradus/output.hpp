@@ -15,6 +15,7 @@ TriangleSoup soup_of(const SurfaceMesh& mesh);
 
 /// Writes a mesh in the format of the extension. `.vtu` has the fields size, shock, minimal_radius, curvature (at
 /// vertices), quality (area-length) and patch (from 1).
+/// @param labels  of the patches; none: they are numbered from 1
 void write_surface_mesh(const std::string& path, const SurfaceModel& model, const SurfaceMesh& mesh,
                         std::span<const int> labels = {});
 

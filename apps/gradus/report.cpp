@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <utility>
 
 #include "commands.hpp"
 #include "files.hpp"
@@ -106,6 +105,39 @@ void read_map(const Options& options, const TriangleSoup& mesh, Map& map) {
     map.cells = triangles_under(map.background.mesh, mesh.points, mesh.triangles);
 }
 
+// The surface a mesh stands for, of either kind, or none. The options of a measurement point into it.
+struct Against {
+    std::optional<SurfaceModel> model;
+    Placing placing;
+    TriangleSoup surface;
+    std::optional<Reference> reference;
+};
+
+void require_triangles(const std::string& path, const TriangleSoup& soup) {
+    if (soup.triangles.empty()) throw Failure(path + ": holds no triangles");
+}
+
+void read_reference(const Options& options, const TriangleSoup& mesh, Against& against, MeasureOptions& measures,
+                    Stages& stages) {
+    if (options.reference.empty()) return;
+    if (is_triangulation(options.reference, options.cage)) {
+        stages.run("reference", [&] {
+            against.surface = read_mesh(options.reference);
+            require_triangles(options.mesh, mesh);
+            require_triangles(options.reference, against.surface);
+            against.reference.emplace(MeshView{against.surface.points, against.surface.triangles});
+        });
+        measures.reference = &*against.reference;
+        return;
+    }
+    against.model.emplace(
+        stages.run("reference", [&] { return std::move(load_model(options.reference, options.cage).model); }));
+    against.placing = stages.run("placing", [&] { return place(*against.model, mesh); });
+    measures.model = &*against.model;
+    measures.places = against.placing.places;
+    measures.patches = against.placing.patches;
+}
+
 void write_page(const Options& options, const MeshReport& report) {
     HtmlReport page(options.mesh, options.reference.empty() ? "" : "on " + options.reference);
     page.section("Mesh");
@@ -119,33 +151,14 @@ int run_report(const Options& options) {
     if (!options.out.empty()) check_output(options.out, {FileKind::Report});
     if (!options.background.empty() && options.sizes.empty())
         throw UsageError("--background needs --size, the sizes at its vertices");
-    Stages stages(options.session);
-    const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
-    MeasureOptions measure_options;
-    std::optional<SurfaceModel> model;
-    Placing placing;
-    TriangleSoup surface;
-    std::optional<Reference> reference;
     check(options.cage);
     if (options.cage.is_given() && options.reference.empty())
         throw UsageError("--subdivision says how the reference is meant; give --reference too");
-    if (is_mesh(options.reference) && !options.cage.is_given()) {
-        reference.emplace(stages.run("reference", [&] {
-            surface = read_mesh(options.reference);
-            for (const auto& [path, read] :
-                 {std::pair{&options.mesh, &soup}, std::pair{&options.reference, &std::as_const(surface)}})
-                if (read->triangles.empty()) throw Failure(*path + ": holds no triangles");
-            return Reference({surface.points, surface.triangles});
-        }));
-        measure_options.reference = &*reference;
-    } else if (!options.reference.empty()) {
-        model.emplace(
-            stages.run("reference", [&] { return std::move(load_model(options.reference, options.cage).model); }));
-        placing = stages.run("placing", [&] { return place(*model, soup); });
-        measure_options.model = &*model;
-        measure_options.places = placing.places;
-        measure_options.patches = placing.patches;
-    }
+    Stages stages(options.session);
+    const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
+    MeasureOptions measure_options;
+    Against against;
+    read_reference(options, soup, against, measure_options, stages);
     Map map;
     if (!options.sizes.empty()) {
         stages.run("size map", [&] { read_map(options, soup, map); });
@@ -172,9 +185,10 @@ int run_report(const Options& options) {
             write_page(options, report);
     }
     options.session.say(options.mesh + "\n" + to_text(report));
-    if (model)
+    if (against.model)
         options.session.say(fmt::format("\nplaces on {}: {} vertices from the file, {} found\n", options.reference,
-                                        grouped(placing.from_file), grouped(soup.points.size() - placing.from_file)));
+                                        grouped(against.placing.from_file),
+                                        grouped(soup.points.size() - against.placing.from_file)));
     if (!options.out.empty()) options.session.say(fmt::format("wrote {}\n", options.out));
     print(options.session, json_of(report));
     return kMet;

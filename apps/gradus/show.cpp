@@ -15,6 +15,11 @@ std::string bound(const std::optional<double>& value) { return value ? fmt::form
 
 }  // namespace
 
+std::string shock_text(double shock) {
+    constexpr double kBeyondTelling = 1000;
+    return shock < kBeyondTelling ? number(shock) : fmt::format("> {:g}", kBeyondTelling);
+}
+
 std::string text_of(const std::string& path, const SurfaceModel& model) {
     if (model.num_patches() == 1) return fmt::format("{}: one patch, diagonal {:.4g}\n", path, model.diagonal());
     return fmt::format("{}: {} patches in {} component{}, diagonal {:.4g}\n", path, model.num_patches(),
@@ -27,8 +32,8 @@ std::string text_of(const GradationOptions& options, const GradationResult& resu
     std::string text = fmt::format("gradation: {}\n", to_text(options));
     text += aligned(
         {{"", "before", "after", "bound"},
-         {"H-shock, largest", number(before.shock_max), number(after.shock_max), bound(options.shock)},
-         {"         99.9 %", number(before.shock_p999), number(after.shock_p999), ""},
+         {"H-shock, largest", shock_text(before.shock_max), shock_text(after.shock_max), bound(options.shock)},
+         {"         99.9 %", shock_text(before.shock_p999), shock_text(after.shock_p999), ""},
          {"H-variation, largest", number(before.variation_max), number(after.variation_max), bound(options.variation)},
          {"gradient, largest", number(before.gradient_max), number(after.gradient_max),
           gradient ? number(*gradient) : ""},

@@ -12,6 +12,8 @@ namespace gradus::app {
 /// "teapot.bpt: 32 patches in 4 components, diagonal 8.204"
 std::string text_of(const std::string& path, const SurfaceModel& model);
 
+/// An H-shock; those beyond a thousand are told as such.
+std::string shock_text(double shock);
 /// Measures before and after, with the bounds, and what happened. @param vertices  of the background
 std::string text_of(const GradationOptions& options, const GradationResult& result, std::size_t vertices);
 

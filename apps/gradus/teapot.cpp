@@ -6,6 +6,7 @@
 
 #include "commands.hpp"
 #include "files.hpp"
+#include "gradus/gradation/grade_refining.hpp"
 #include "gradus/gradation/measures.hpp"
 #include "gradus/io/figure.hpp"
 #include "gradus/io/histogram.hpp"
@@ -88,7 +89,8 @@ Experiment run_experiment(const Options& options, const SurfaceModel& model, Sta
     experiment.rule = rule_of(options.sizing, kLimits);
     experiment.gradation = *gradation_of(options.gradation, kPaperShock);
     experiment.sized = background_for(model, experiment.rule, stages);
-    GradedMap map = grade_refining(model, experiment.rule, experiment.gradation, experiment.sized, stages);
+    RefinedGradation map = stages.run(
+        "gradation", [&] { return grade_refining(model, experiment.rule, experiment.gradation, experiment.sized); });
     experiment.raw.sizes = experiment.sized.sizes;
     experiment.corrected.sizes = std::move(map.sizes);
     experiment.graded = std::move(map.result);

@@ -10,7 +10,6 @@
 #include <set>
 
 #include "files.hpp"
-#include "gradus/gradation/hold.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/required_file.hpp"
 #include "gradus/mesh/closest.hpp"
@@ -100,10 +99,20 @@ TriangleSoup load_soup(const std::string& path, const TriangulationChoice& choic
     return soup;
 }
 
-// @param places  near which all folds are features
 std::unique_ptr<Triangulation> triangulation_of(const std::string& path, TriangleSoup soup,
-                                                const TriangulationChoice& choice, const SizingOptions& sizing,
-                                                std::span<const Eigen::Vector3d> places = {}) {
+                                                const TriangulationChoice& choice, const SizingOptions& sizing) {
+    const TriangulationOptions options = triangulation_options(choice);
+    const double diagonal = diagonal_of(soup);
+    try {
+        return triangulation_for(std::move(soup), rule_of(sizing, limits_for(diagonal)), options);
+    } catch (const std::invalid_argument& error) {
+        throw Failure(path + ": " + error.what());
+    }
+}
+
+}  // namespace
+
+TriangulationOptions triangulation_options(const TriangulationChoice& choice) {
     TriangulationOptions options;
     if (choice.feature_angle) {
         if (std::isnan(*choice.feature_angle)) throw UsageError("--feature-angle nan: not a number");
@@ -113,15 +122,8 @@ std::unique_ptr<Triangulation> triangulation_of(const std::string& path, Triangl
         features.all_from_angle = true;
     }
     options.label_borders = !choice.no_label_borders;
-    const double diagonal = diagonal_of(soup);
-    try {
-        return triangulation_for(std::move(soup), rule_of(sizing, limits_for(diagonal)), options, places);
-    } catch (const std::invalid_argument& error) {
-        throw Failure(path + ": " + error.what());
-    }
+    return options;
 }
-
-}  // namespace
 
 std::unique_ptr<Triangulation> load_triangulation(const std::string& path, const TriangulationChoice& choice,
                                                   const SizingOptions& sizing, const Session& session) {
@@ -146,8 +148,6 @@ GivenSizes read_given_sizes(const std::string& sizes, const std::string& backgro
     return {std::move(read), std::move(mesh), sizes, background};
 }
 
-namespace {
-
 TriangulationBackground given_background(const Triangulation& surface, const GivenSizes& given) {
     if (!given.background) return make_background(surface, given.sizes);
     try {
@@ -155,78 +155,6 @@ TriangulationBackground given_background(const Triangulation& surface, const Giv
     } catch (const std::invalid_argument& error) {
         throw Failure(given.background_path + ": " + error.what());
     }
-}
-
-double smallest_part(const Triangulation& surface) {
-    return *std::min_element(surface.part_share().begin(), surface.part_share().end());
-}
-
-std::vector<std::pair<SizingRule::At, double>> moved_far(const SizingRule& rule,
-                                                         std::span<const Eigen::Vector3d> background) {
-    std::vector<std::pair<SizingRule::At, double>> moved;
-    for (const SizingRule::At& at : rule.at) {
-        const double distance = (background[nearest_point(background, at.point)] - at.point).norm();
-        if (distance > at.size) moved.emplace_back(at, distance);
-    }
-    return moved;
-}
-
-}  // namespace
-
-TriangulatedMesh mesh_triangulation(const Triangulation& surface, const SizingRule& rule, const GivenSizes& given,
-                                    const std::optional<GradationOptions>& gradation, const RemeshOptions& options,
-                                    bool hmin_given, Stages& stages) {
-    TriangulatedMesh mesh;
-    if (rule.kind == SizingRule::Kind::ChordError) mesh.chord_error = rule.value;
-    if (hmin_given) mesh.least_size = rule.hmin;
-    if (const double least = least_chord_error(surface.soup().points); mesh.chord_error && *mesh.chord_error < least)
-        throw Failure(fmt::format(
-            "--chord-error {:g}: below {:.3g}, what distances are rounded to with coordinates as large as these",
-            *mesh.chord_error, least));
-    TriangulationBackground map = stages.run("background", [&] {
-        if (!given.sizes.empty()) return given_background(surface, given);
-        return make_background(surface, mesh.chord_error ? rule_within(*mesh.chord_error, rule) : rule,
-                               static_cast<int>(options.max_triangles));
-    });
-    mesh.background_vertices = map.sizes.size();
-    mesh.moved = moved_far(rule, points_of(map.background.mesh));
-    if (gradation) stages.run("gradation", [&] { mesh.gradation = grade(map.background.mesh, map.sizes, *gradation); });
-    if (gradation && !given.sizes.empty()) require_reached(given.path, map.sizes);
-    raise_to_held(map.background.mesh, frozen_edge_lengths(surface.soup().points, surface.mesh(), surface.frozen()),
-                  kHoldSlope, map.sizes);
-    const ChordErrorOptions keep{.gradation = gradation,
-                                 .hmin = hmin_given ? rule.hmin : kFinestSize * rule.hmin * smallest_part(surface),
-                                 .prescribed = rule.at,
-                                 .remesh = options,
-                                 .on_check = [&](const SurfaceMesh& draft) {
-                                     stages.detail(fmt::format("{} triangles", grouped(draft.triangles.size())));
-                                 }};
-    ChordErrorResult made = stages.run("meshing", [&] {
-        return remesh_within(surface, std::move(map),
-                             mesh.chord_error.value_or(std::numeric_limits<double>::infinity()), keep);
-    });
-    if (made.map)
-        measure_graded(make_mesh(made.map->points, made.map->triangles), made.map->sizes, *gradation, *mesh.gradation);
-    mesh.result = std::move(made.result);
-    mesh.deviation = mesh.chord_error
-                         ? made.deviation
-                         : stages.run("distance", [&] { return measure_deviation(surface, mesh.result.mesh); });
-    mesh.refinements = made.lowerings;
-    mesh.kept = made.kept;
-    mesh.faults = std::move(made.faults);
-    mesh.contacts = std::move(made.contacts);
-    mesh.stubborn = std::move(made.stubborn);
-    return mesh;
-}
-
-std::unique_ptr<Triangulation> with_features_at(std::span<const Eigen::Vector3d> places, const std::string& path,
-                                                const Triangulation& surface, const TriangulationChoice& choice,
-                                                const SizingOptions& sizing) {
-    auto more = triangulation_of(path, surface.soup(), choice, sizing, places);
-    const auto number = [](const Features& features) {
-        return std::pair(features.edges().size(), std::count(features.corner.begin(), features.corner.end(), 1));
-    };
-    return number(more->features()) == number(surface.features()) ? nullptr : std::move(more);
 }
 
 namespace {
@@ -269,7 +197,7 @@ double sag_near(const Triangulation& surface, const SurfaceMesh& mesh, const Eig
 
 }  // namespace
 
-std::string why_not_kept(const Triangulation& surface, const TriangulatedMesh& mesh) {
+std::string why_not_kept(const Triangulation& surface, const TriangulationMesh& mesh) {
     const std::pair<Eigen::Vector3d, double> farthest = farthest_place(mesh.deviation);
     const Eigen::Vector3d& place = farthest.first;
     const double distance = farthest.second;
@@ -288,7 +216,7 @@ std::string why_not_kept(const Triangulation& surface, const TriangulatedMesh& m
     return text + ", where the surface is folded or rough";
 }
 
-std::vector<std::string> notes_on(const Triangulation& surface, const TriangulatedMesh& mesh) {
+std::vector<std::string> notes_on(const Triangulation& surface, const TriangulationMesh& mesh) {
     std::vector<std::string> notes;
     const std::vector<Eigen::Vector3d>& points = surface.soup().points;
     if (mesh.least_size) {
@@ -332,7 +260,7 @@ std::string text_of(const std::string& path, const Triangulation& surface) {
                        grouped(static_cast<long long>(corners)));
 }
 
-std::string text_of(const TriangulatedMesh& mesh, double diagonal) {
+std::string text_of(const TriangulationMesh& mesh, double diagonal) {
     const Deviation& d = mesh.deviation;
     std::string text =
         fmt::format("distance: at most {:.4g} from the input to the mesh, {:.4g} back ({:.3g} of the diagonal)",
@@ -380,7 +308,7 @@ Json json_of(const Triangulation& surface) {
             {"corners", std::count(surface.features().corner.begin(), surface.features().corner.end(), 1)}};
 }
 
-Json json_of(const TriangulatedMesh& mesh) {
+Json json_of(const TriangulationMesh& mesh) {
     // With a chord error that is kept nothing farther was looked for, and no distance is known to be attained.
     const auto side = [](const OneSidedDistance& d) {
         const bool attained = d.largest > 0 || d.bound == 0;
@@ -399,7 +327,7 @@ Json json_of(const TriangulatedMesh& mesh) {
             {"refinements", mesh.refinements}};
 }
 
-MeshReport measure_surface_mesh(const TriangulatedMesh& mesh) {
+MeshReport measure_surface_mesh(const TriangulationMesh& mesh) {
     const SurfaceMesh& m = mesh.result.mesh;
     const KnownFeatures features{.edges = m.features};
     return measure({m.points, m.triangles}, {.sizes = m.sizes, .features = &features, .required = &m.required});

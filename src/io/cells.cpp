@@ -13,7 +13,10 @@ void SurfaceCells::add(TriangleSoup& soup, const CellKind& kind, std::span<const
     middles_.insert(middles_.end(), middles.begin(), middles.end());
     switch (kind.shape) {
         case Shape::Lines:
-            for (std::size_t i = 1; i < at.size(); ++i) soup.edges.push_back({at[i - 1], at[i]});
+            for (std::size_t i = 1; i < at.size(); ++i) {
+                soup.edges.push_back({at[i - 1], at[i]});
+                cell_of_edge_.push_back(static_cast<int>(num_cells_));
+            }
             break;
         case Shape::Polygon:
             for (std::size_t i = 2; i < at.size(); ++i) add_triangle(soup, at[0], at[i - 1], at[i]);

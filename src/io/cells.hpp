@@ -28,6 +28,8 @@ class SurfaceCells {
 
     /// Cell each triangle is of, from 0 in the order of add.
     const std::vector<int>& cell_of_triangle() const { return cell_of_triangle_; }
+    /// The same of each edge.
+    const std::vector<int>& cell_of_edge() const { return cell_of_edge_; }
 
     /// Values of all cells become values of the triangles.
     Field on_triangles(const Field& on_cells) const;
@@ -39,7 +41,7 @@ class SurfaceCells {
     void add_triangle(TriangleSoup& soup, int a, int b, int c);
 
     std::size_t num_cells_ = 0;
-    std::vector<int> cell_of_triangle_;
+    std::vector<int> cell_of_triangle_, cell_of_edge_;
     std::vector<int> middles_;
 };
 

@@ -22,6 +22,9 @@ void check_writable(const char* function, const TriangleSoup& soup);
 /// The same for fields: names given once, and as many values as there are things.
 void check_writable(const char* function, const std::vector<Field>& fields, std::size_t count, const char* where);
 
+/// Labels that are all zero are none.
+void drop_if_zero(std::vector<int>& labels);
+
 /// Whether fields are wanted, besides the soup.
 enum class Fields { Skipped, Read };
 
@@ -70,7 +73,8 @@ inline constexpr std::string_view kLabelField = "label";  ///< in which .vtu and
 std::vector<Field> cell_fields_of(const MeshData& data);
 /// Whether a field is of integers, and all its values are some that a double has exactly.
 bool holds_integers(const Field& field);
-std::string sol_text(std::span<const double> sizes);
-std::string sol_binary(std::span<const double> sizes);
+/// @param dimension  of the mesh they are for, 2 or 3
+std::string sol_text(std::span<const double> sizes, int dimension);
+std::string sol_binary(std::span<const double> sizes, int dimension);
 
 }  // namespace gradus::io

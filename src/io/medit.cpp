@@ -428,8 +428,8 @@ TriangleSoup parse(Source in) {
     r.triangle.check(in, r.num_triangle_entries);
     divide_edges(r);
     number_required_triangles(r);
-    for (std::vector<int>* labels : {&r.soup.labels, &r.soup.edge_labels})
-        if (std::all_of(labels->begin(), labels->end(), [](int label) { return label == 0; })) labels->clear();
+    drop_if_zero(r.soup.labels);
+    drop_if_zero(r.soup.edge_labels);
     r.soup.dimension = r.dimension;
     return std::move(r.soup);
 }
@@ -549,8 +549,9 @@ std::vector<Field> parse_fields(Source in, std::optional<std::size_t> expected_c
 // Writing
 // --------------------------------------------------------------------------------------------------------------
 
-constexpr std::string_view kTextHeader = "MeshVersionFormatted 2\nDimension 3\n",
-                           kPlanarHeader = "MeshVersionFormatted 2\nDimension 2\n";
+std::string_view header_of(int dimension) {
+    return dimension == 2 ? "MeshVersionFormatted 2\nDimension 2\n" : "MeshVersionFormatted 2\nDimension 3\n";
+}
 
 int label_of(const TriangleSoup& soup, std::size_t triangle) { return soup.labels.empty() ? 0 : soup.labels[triangle]; }
 int edge_label_of(const TriangleSoup& soup, std::size_t edge) {
@@ -560,7 +561,7 @@ int edge_label_of(const TriangleSoup& soup, std::size_t edge) {
 /// Sections of a binary file. Each starts with its keyword and the byte where it ends.
 class BinarySections {
   public:
-    BinarySections(int version, std::size_t expected, int dimension = 3) : version_(version) {
+    BinarySections(int version, std::size_t expected, int dimension) : version_(version) {
         bytes_.reserve(expected);
         append_bytes(bytes_, std::int32_t{1});
         append_bytes(bytes_, std::int32_t{version});
@@ -653,7 +654,7 @@ struct EdgeSections {
 std::string medit_text(const TriangleSoup& soup) {
     const EdgeSections sections(soup);
     TextWriter out(64 * soup.points.size() + 32 * soup.triangles.size() + 64 * soup.parameters.size() + 256);
-    out << (soup.dimension == 2 ? kPlanarHeader : kTextHeader) << "\nVertices\n" << soup.points.size() << '\n';
+    out << header_of(soup.dimension) << "\nVertices\n" << soup.points.size() << '\n';
     for (const Eigen::Vector3d& p : soup.points) {
         out << p[0] << ' ' << p[1];
         if (soup.dimension == 3) out << ' ' << p[2];
@@ -742,17 +743,17 @@ std::string medit_binary(const TriangleSoup& soup) {
     return out.take();
 }
 
-std::string sol_text(std::span<const double> sizes) {
+std::string sol_text(std::span<const double> sizes, int dimension) {
     TextWriter out(20 * sizes.size() + 128);
-    out << kTextHeader << "\nSolAtVertices\n" << sizes.size() << "\n1 1\n\n";
+    out << header_of(dimension) << "\nSolAtVertices\n" << sizes.size() << "\n1 1\n\n";
     for (const double size : sizes) out << size << '\n';
     out << "\nEnd\n";
     return out.take();
 }
 
-std::string sol_binary(std::span<const double> sizes) {
+std::string sol_binary(std::span<const double> sizes, int dimension) {
     const std::size_t size = 8 * sizes.size() + 128;
-    BinarySections out(version_for(size), size);
+    BinarySections out(version_for(size), size, dimension);
     out.begin_entries(Keyword::SolAtVertices, sizes.size(), 8, 8);
     out.integer(1);
     out.integer(1);

@@ -53,7 +53,7 @@ struct SizeFormat {
                                  std::optional<std::size_t> expected_count);
     std::vector<Field> (*parse_fields)(const std::string& path, std::string_view contents,
                                        std::optional<std::size_t> expected_count);
-    std::string (*contents)(std::span<const double>);
+    std::string (*contents)(std::span<const double>, int dimension);
 };
 
 constexpr SizeFormat kSizeFormats[] = {
@@ -142,6 +142,10 @@ void io::check_writable(const char* function, const std::vector<Field>& fields, 
             refuse(function, name + " has " + std::to_string(field.values.size()) + " numbers for " +
                                  std::to_string(count) + " times " + std::to_string(field.components) + " components");
     }
+}
+
+void io::drop_if_zero(std::vector<int>& labels) {
+    if (std::all_of(labels.begin(), labels.end(), [](int label) { return label == 0; })) labels.clear();
 }
 
 bool io::holds_integers(const Field& field) {
@@ -234,13 +238,13 @@ std::vector<double> read_sizes(const std::string& path, std::optional<std::size_
     return format.parse(path, read_filled_file(path), expected_count);
 }
 
-void write_sizes(const std::string& path, std::span<const double> sizes) {
+void write_sizes(const std::string& path, std::span<const double> sizes, int dimension) {
     const SizeFormat& format = format_of(path, kSizeFormats);
     for (std::size_t i = 0; i < sizes.size(); ++i)
         if (!(sizes[i] > 0))
             throw std::invalid_argument("write_sizes: the size of vertex " + std::to_string(i) + " is " +
                                         std::to_string(sizes[i]) + ", but must be > 0");
-    write_file(path, format.contents(sizes));
+    write_file(path, format.contents(sizes, dimension));
 }
 
 }  // namespace gradus

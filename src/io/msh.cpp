@@ -242,8 +242,8 @@ class Reader {
     SurfaceCells cells_;
     bool has_nodes_ = false, has_elements_ = false;
     Numbering nodes_, elements_;
-    std::map<int, Tags> surfaces_;
-    std::vector<Tags> tags_of_triangle_;
+    std::map<int, Tags> curves_, surfaces_;
+    std::vector<Tags> tags_of_triangle_, tags_of_edge_;
 };
 
 int Reader::read_label(const char* what) {
@@ -254,7 +254,8 @@ int Reader::read_label(const char* what) {
     return static_cast<int>(label);
 }
 
-/// Version 4.1: keeps the tags of surfaces. Partitioned ones take the place of the entities they are parts of.
+/// Version 4.1: keeps the tags of curves and surfaces. Partitioned ones take the place of the entities they are parts
+/// of.
 void Reader::read_entities(Entities entities) {
     in_.begin_data();
     if (entities == Entities::Partitioned) {
@@ -285,6 +286,7 @@ void Reader::read_entity(int dimension, Entities entities) {
     }
     const std::size_t bounding = dimension == 0 ? 0 : in_.count("the number of bounding entities", 1, 0);
     for (std::size_t b = 0; b < bounding; ++b) in_.integer("a bounding entity");
+    if (dimension == 1) curves_[tag] = tags;
     if (dimension == 2) surfaces_[tag] = tags;
 }
 
@@ -359,6 +361,7 @@ void Reader::read_element(const CellKind& kind, std::int64_t number, const Tags&
     }
     cells_.add(data_.soup, kind, std::span(nodes).first(static_cast<std::size_t>(kind.nodes)));
     tags_of_triangle_.resize(data_.soup.triangles.size(), tags);
+    tags_of_edge_.resize(data_.soup.edges.size(), tags);
     if (fields_ == Fields::Read) elements_.add(number);
 }
 
@@ -399,8 +402,9 @@ void Reader::read_element_blocks() {
     for (std::size_t b = 0; b < blocks; ++b) {
         const std::int64_t dimension = in_.integer("the dimension of an entity");
         Tags tags{std::nullopt, read_label("an entity")};
-        if (const auto found = surfaces_.find(tags.entity); dimension == 2 && found != surfaces_.end())
-            tags = found->second;
+        for (const auto& [of, known] : {std::pair(1, &curves_), std::pair(2, &surfaces_)})
+            if (const auto found = known->find(tags.entity); dimension == of && found != known->end())
+                tags = found->second;
         const CellKind& kind = read_kind();
         const std::size_t n = in_.count("the number of elements in a block", 2, 0);
         for (std::size_t i = 0; i < n; ++i) {
@@ -477,8 +481,12 @@ void Reader::read_data(std::string_view section) {
     }
 }
 
-/// No labels if nothing tells the faces apart: no physical group, and one entity.
+/// No labels if nothing tells the faces apart: no physical group, and one entity. Those of edges are groups alone:
+/// where one curve of a file ends and another goes on need not be a corner.
 void Reader::set_labels() {
+    std::vector<int>& edge_labels = data_.soup.edge_labels;
+    for (const Tags& tags : tags_of_edge_) edge_labels.push_back(tags.physical.value_or(0));
+    drop_if_zero(edge_labels);
     bool any_physical = false, entities = false;
     for (const Tags& tags : tags_of_triangle_) {
         any_physical |= tags.physical.has_value();
@@ -487,7 +495,7 @@ void Reader::set_labels() {
     if (!any_physical && !entities) return;
     std::vector<int>& labels = data_.soup.labels;
     for (const Tags& tags : tags_of_triangle_) labels.push_back(tags.physical.value_or(tags.entity));
-    if (std::all_of(labels.begin(), labels.end(), [](int label) { return label == 0; })) labels.clear();
+    drop_if_zero(labels);
 }
 
 MeshData Reader::read() {

@@ -524,9 +524,10 @@ class Reader {
             data_.cell_fields.push_back(cells_.on_triangles(field));
         }
         data_.point_fields = std::move(point_fields_);
-        if (all_labelled_)
-            for (const int cell : cells_.cell_of_triangle())
-                data_.soup.labels.push_back(cell_labels_[static_cast<std::size_t>(cell)]);
+        if (all_labelled_) {
+            set_labels(data_.soup.labels, cells_.cell_of_triangle());
+            set_labels(data_.soup.edge_labels, cells_.cell_of_edge());
+        }
         cells_.drop_middles(data_);
         return std::move(data_);
     }
@@ -669,6 +670,11 @@ class Reader {
             if (l != static_cast<int>(l)) arrays_.fail(*label, "is out of range: " + std::to_string(l));
             cell_labels_.push_back(static_cast<int>(l));
         }
+    }
+
+    void set_labels(std::vector<int>& labels, const std::vector<int>& cells) const {
+        for (const int cell : cells) labels.push_back(cell_labels_[static_cast<std::size_t>(cell)]);
+        drop_if_zero(labels);
     }
 
     /// Fields are kept that all pieces have. What is no number (texts, bits) is passed over.

@@ -1,37 +1,12 @@
-#include "gradus/io/vtu.hpp"
-
+// VTK's unstructured grid in XML, its data appended as raw binary in double precision.
 #include <limits>
-#include <set>
-#include <stdexcept>
 
 #include "bytes.hpp"
 #include "formats.hpp"
-#include "gradus/io/output_file.hpp"
 #include "markup.hpp"
 
 namespace gradus {
 namespace {
-
-void check_fields(const std::vector<VtuField>& fields, std::size_t count, const char* where) {
-    std::set<std::string> names;
-    for (const VtuField& field : fields) {
-        const std::string name = "write_vtu: " + std::string(where) + " field '" + field.name + "'";
-        if (field.name.empty() || !names.insert(field.name).second)
-            throw std::invalid_argument(name + ": a name must be given, and once");
-        if (field.components < 1 || field.data.size() != count * static_cast<std::size_t>(field.components))
-            throw std::invalid_argument(name + " has " + std::to_string(field.data.size()) + " numbers for " +
-                                        std::to_string(count) + " times " + std::to_string(field.components) +
-                                        " components");
-    }
-}
-
-void check_triangles(std::span<const Triangle> triangles, std::size_t num_points) {
-    for (std::size_t t = 0; t < triangles.size(); ++t)
-        for (const int vertex : triangles[t])
-            if (vertex < 0 || static_cast<std::size_t>(vertex) >= num_points)
-                throw std::invalid_argument("write_vtu: triangle " + std::to_string(t) + " has vertex " +
-                                            std::to_string(vertex) + " of " + std::to_string(num_points));
-}
 
 /// The XML head, which names the arrays by their offset, and the data that is appended to it.
 class Arrays {
@@ -55,15 +30,6 @@ class Arrays {
   private:
     std::string data_;
 };
-
-void add_fields(Arrays& arrays, const char* where, const std::vector<VtuField>& fields) {
-    arrays.xml += std::string("<") + where + ">\n";
-    for (const VtuField& field : fields) {
-        arrays.open("Float64", field.name, field.components, 8 * field.data.size());
-        for (const double value : field.data) arrays.append(value);
-    }
-    arrays.xml += std::string("</") + where + ">\n";
-}
 
 /// @param others  cells behind those with values
 void add_field(Arrays& arrays, const Field& field, std::size_t others) {
@@ -141,30 +107,16 @@ std::string io::vtu_binary(const MeshData& data) {
         for (const Field& field : data.point_fields) add_field(arrays, field, 0);
         arrays.xml += "</PointData>\n";
     }
-    if (!soup.labels.empty() || !cell_fields.empty()) {
+    const bool has_labels = !soup.labels.empty() || !soup.edge_labels.empty();
+    if (has_labels || !cell_fields.empty()) {
         arrays.xml += "<CellData>\n";
         for (const Field& field : cell_fields) add_field(arrays, field, soup.edges.size());
-        if (!soup.labels.empty()) add_labels(arrays, soup);
+        if (has_labels) add_labels(arrays, soup);
         arrays.xml += "</CellData>\n";
     }
     add_points(arrays, soup.points);
     add_cells(arrays, soup.triangles, soup.edges);
     return file_of(arrays);
-}
-
-void write_vtu(const std::string& path, std::span<const Eigen::Vector3d> points, std::span<const Triangle> triangles,
-               const std::vector<VtuField>& point_fields, const std::vector<VtuField>& cell_fields) {
-    check_fields(point_fields, points.size(), "point");
-    check_fields(cell_fields, triangles.size(), "cell");
-    check_triangles(triangles, points.size());
-    Arrays arrays((24 + 8 * point_fields.size()) * points.size() + (24 + 8 * cell_fields.size()) * triangles.size() +
-                  4096);
-    arrays.xml = head_of(points.size(), triangles.size());
-    add_fields(arrays, "PointData", point_fields);
-    add_fields(arrays, "CellData", cell_fields);
-    add_points(arrays, points);
-    add_cells(arrays, triangles, {});
-    write_file(path, file_of(arrays));
 }
 
 }  // namespace gradus

@@ -64,12 +64,19 @@ TEST_CASE("angles of the cage make creases, and other files are no cages", "[cli
     two.insert(two.find("f 5"), "usemtl b\n");
     two.insert(two.find("f 1 2"), "usemtl a\n");
     support::spill(folder / "two.obj", two);
-    REQUIRE(run(folder, "remesh two.obj --subdivision catmull-clark -o two.mesh").code == 0);
-    const TriangleSoup labelled = read_mesh(folder / "two.mesh");
-    const auto ones = std::count(labelled.labels.begin(), labelled.labels.end(), 1),
-               twos = std::count(labelled.labels.begin(), labelled.labels.end(), 2);
-    CHECK(ones + twos == std::ssize(labelled.triangles));
-    CHECK(static_cast<double>(twos) / static_cast<double>(ones) == Approx(5).epsilon(0.1));
+    REQUIRE(
+        run(folder, "remesh two.obj --subdivision catmull-clark -o two.mesh -o two.msh -o two.vtu -o two.ply").code ==
+        0);
+    for (const char* name : {"two.mesh", "two.msh", "two.vtu", "two.ply"}) {
+        CAPTURE(name);
+        const TriangleSoup labelled = read_mesh(folder / name);
+        const auto ones = std::count(labelled.labels.begin(), labelled.labels.end(), 1),
+                   twos = std::count(labelled.labels.begin(), labelled.labels.end(), 2);
+        CHECK(ones + twos == std::ssize(labelled.triangles));
+        CHECK(static_cast<double>(twos) / static_cast<double>(ones) == Approx(5).epsilon(0.1));
+    }
+    CHECK_THAT(run(folder, "remesh two.obj --subdivision catmull-clark -o two.stl").err,
+               Catch::Contains("its labels are left behind, two.stl can hold none"));
     const std::pair<const char*, const char*> refused[] = {
         {"remesh cage.off --subdivision catmull-clark -o out.mesh", "is no .obj"},
         {"remesh cage.obj --cage-crease-angle 80 -o out.mesh", "give --subdivision too"},

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "gradus/io/input_file.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/mesh/diagnose.hpp"
 #include "gradus/quality/shape.hpp"
@@ -129,6 +130,50 @@ TEST_CASE("holes, interfaces and lines of a planar domain are kept", "[cli]") {
     const ShapeReport shape = shape_of(mesh);
     CHECK(shape.area_length.min > 0.6);
     CHECK(shape.area_length.mean > 0.965);
+}
+
+TEST_CASE("labels of the lines of a planar domain are kept by every format that holds some", "[cli]") {
+    const TemporaryFolder folder;
+    support::spill(folder / "square.mesh", square(2).medit());
+    for (const std::string out : {"a.mesh", "a.meshb", "a.msh", "a.vtu"}) {
+        CAPTURE(out);
+        REQUIRE(run(folder, "remesh square.mesh -o " + out + " --hmin 0.25 --hmax 0.25").code == 0);
+        REQUIRE(run(folder, "remesh " + out + " -o again.mesh --hmin 0.5 --hmax 0.5").code == 0);
+        const TriangleSoup mesh = read_mesh(folder / "again.mesh");
+        REQUIRE(mesh.edge_labels.size() == mesh.edges.size());
+        std::map<int, double> length;
+        for (std::size_t e = 0; e < mesh.edges.size(); ++e)
+            length[mesh.edge_labels[e]] += (mesh.points[mesh.edges[e][1]] - mesh.points[mesh.edges[e][0]]).norm();
+        REQUIRE(length.size() == 4);
+        for (const auto& [label, sum] : length) CHECK(sum == Approx(2).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("a size map of a planar domain and its background are of dimension 2, and lead to a mesh", "[cli]") {
+    const TemporaryFolder folder;
+    Drawing drawing = square(2);
+    drawing.add_circle(1, 1, 0.2, 64, 5);
+    support::spill(folder / "in.mesh", drawing.medit());
+    const Outcome map = run(folder, "sizemap in.mesh -o raw.sol --background bg.mesh --hmin 0.02 --hmax 0.3");
+    CAPTURE(map.err);
+    REQUIRE(map.code == 0);
+    REQUIRE(run(folder, "grade bg.mesh --size raw.sol --shock 1.3 -o graded.sol").code == 0);
+    for (const char* name : {"bg.mesh", "raw.sol", "graded.sol"})
+        CHECK_THAT(read_file(folder / name), Catch::Contains("Dimension 2\n"));
+    const Outcome mesh = run(folder, "remesh in.mesh --size graded.sol --background bg.mesh --shock 1.3 -o out.mesh");
+    CAPTURE(mesh.err);
+    REQUIRE(mesh.code == 0);
+    CHECK(shape_of(read_mesh(folder / "out.mesh")).area_length.min > 0.7);
+}
+
+TEST_CASE("info tells areas, holes and lines of a planar domain", "[cli]") {
+    const TemporaryFolder folder;
+    Drawing drawing = square(2);
+    drawing.add_loop({{0.5, 0.5}, {1, 0.5}, {1, 1}, {0.5, 1}}, 9);
+    support::spill(folder / "in.poly", drawing.poly("0\n2\n0 0.1 0.1 3\n1 0.7 0.7 4\n"));
+    const Outcome text = run(folder, "info in.poly");
+    CHECK_THAT(text.out, Catch::Contains("area 4;") && Catch::Contains("3: 3.75 in") && Catch::Contains("4: 0.25 in") &&
+                             Catch::Contains("9: 2 in 4 edges; 4 edges inside"));
 }
 
 TEST_CASE("info and refusals of planar domains name what is wrong with its place", "[cli]") {

@@ -8,7 +8,6 @@
 #include "gradus/io/input_file.hpp"
 #include "gradus/io/mesh_files.hpp"
 #include "gradus/io/size_view.hpp"
-#include "gradus/io/vtu.hpp"
 #include "support/files.hpp"
 #include "support/soups.hpp"
 
@@ -77,8 +76,9 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     }
     size[3] = std::numeric_limits<double>::infinity();
     for (std::size_t t = 0; t < soup.triangles.size(); ++t) quality.push_back(1.0 / (1.0 + static_cast<double>(t)));
-    write_vtu(folder / "ours.vtu", soup.points, soup.triangles, {{"size", 1, size}, {"grad<h>", 3, gradient}},
-              {{"quality", 1, quality}});
+    write_mesh_data(folder / "ours.vtu", {{.points = soup.points, .triangles = soup.triangles},
+                                          {{"size", 1, size}, {"grad<h>", 3, gradient}},
+                                          {{"quality", 1, quality}}});
 
     MeshData rich{soup, {{"grad", 3, gradient}, {"size", 1, size}}, {{"quality", 1, quality}}};
     write_mesh_data(folder / "ours.rich.msh", rich);
@@ -176,17 +176,18 @@ TEST_CASE("meshio and gradus read each other's files", "[io][meshio]") {
     }
 }
 
-TEST_CASE("VTU refuses fields that do not fit", "[io]") {
+TEST_CASE("fields that do not fit are refused", "[io]") {
     const support::TemporaryFolder folder;
     const TriangleSoup soup = support::grid(2);
     const std::vector<double> nine(9), eight(8);
-    const auto write = [&](const std::vector<VtuField>& at_points, const std::vector<VtuField>& at_cells) {
-        write_vtu(folder / "a.vtu", soup.points, soup.triangles, at_points, at_cells);
+    const auto write = [&](const std::vector<Field>& at_points, const std::vector<Field>& at_cells) {
+        write_mesh_data(folder / "a.vtu", {soup, at_points, at_cells});
     };
     CHECK_NOTHROW(write({{"a", 1, nine}}, {{"a", 1, eight}}));
     CHECK_THROWS_AS(write({{"a", 1, eight}}, {}), std::invalid_argument);
     CHECK_THROWS_AS(write({}, {{"a", 2, eight}}), std::invalid_argument);
     CHECK_THROWS_AS(write({{"", 1, nine}}, {}), std::invalid_argument);
     CHECK_THROWS_AS(write({{"a", 1, nine}, {"a", 1, nine}}, {}), std::invalid_argument);
-    CHECK_THROWS_AS(write_vtu(folder / "a.vtu", soup.points, std::vector<Triangle>{{0, 1, 9}}), std::invalid_argument);
+    CHECK_THROWS_AS(write_mesh_data(folder / "a.vtu", {{.points = soup.points, .triangles = {{0, 1, 9}}}}),
+                    std::invalid_argument);
 }

@@ -4,7 +4,6 @@
 
 #include "gradus/io/input_file.hpp"
 #include "gradus/io/mesh_files.hpp"
-#include "gradus/io/vtu.hpp"
 #include "gradus/mesh/diagnose.hpp"
 #include "support/damage.hpp"
 #include "support/files.hpp"
@@ -128,14 +127,16 @@ TEST_CASE("VTK polygons are read, cells in the order of VTK", "[io][vtk]") {
     CHECK(data.cell_fields[0].values == std::vector{30.0, 30.0, 40.0});
 }
 
-TEST_CASE("fields written with write_vtu are read back", "[io][vtk]") {
+TEST_CASE("fields of .vtu are read back with all values", "[io][vtk]") {
     const TemporaryFolder folder;
     const TriangleSoup soup = support::wild_soup(4);
     std::mt19937_64 random(5);
     std::vector<double> size, flow;
     for (std::size_t i = 0; i < soup.points.size(); ++i) size.push_back(support::any_double(random));
     for (std::size_t i = 0; i < 3 * soup.triangles.size(); ++i) flow.push_back(support::any_double(random));
-    write_vtu(folder / "a.vtu", soup.points, soup.triangles, {{"size & <scale>", 1, size}}, {{"flow", 3, flow}});
+    write_mesh_data(
+        folder / "a.vtu",
+        {{.points = soup.points, .triangles = soup.triangles}, {{"size & <scale>", 1, size}}, {{"flow", 3, flow}}});
     const MeshData data = read_mesh_data(folder / "a.vtu");
     CHECK(support::same_points(data.soup, soup));
     CHECK(data.soup.triangles == soup.triangles);

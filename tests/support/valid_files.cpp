@@ -4,7 +4,6 @@
 
 #include "gradus/io/input_file.hpp"
 #include "gradus/io/mesh_files.hpp"
-#include "gradus/io/vtu.hpp"
 #include "support/files.hpp"
 #include "support/medit_files.hpp"
 #include "support/msh_files.hpp"

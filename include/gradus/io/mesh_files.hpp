@@ -31,12 +31,12 @@
 /// Gmsh and VTK: of triangles and quadrilaterals of second and higher order the corners are used only; the other nodes
 /// go. Lines are feature edges, points are passed over, files with volume elements are refused. Gmsh: the label of a
 /// face is its physical group (the first one), else the entity it is on; no labels if all faces are on one entity and
-/// in no group. Written are a surface and a group for each label, so that triangles come in the order of labels, and a
-/// curve for each label of edges, with a group if they have labels; those of edges are not read. VTK: an integer cell
-/// array `label` is the labels; the fields of write_vtu are read by read_mesh_data. PLY: an integer property `label` of
-/// faces is the labels; write_mesh leaves it away, write_mesh_data does not. Properties being single numbers, a field
-/// of several components is one property for each, `velocity_0`, `velocity_1` ...; the comment `gradus field 3
-/// velocity` before them says that they are one. Integers are bytes where they are in [0, 255], as colours are to be.
+/// in no group; the label of a line is its group. Written are a surface and a group for each label, so that triangles
+/// come in the order of labels, and a curve for each label of edges, with a group if they have labels. VTK: an integer
+/// cell array `label` is the labels of faces and lines. PLY: an integer property `label` of faces is the labels;
+/// write_mesh leaves it away, write_mesh_data does not. Properties being single numbers, a field of several components
+/// is one property for each, `velocity_0`, `velocity_1` ...; the comment `gradus field 3 velocity` before them says
+/// that they are one. Integers are bytes where they are in [0, 255], as colours are to be.
 #pragma once
 
 #include <optional>
@@ -96,8 +96,9 @@ void write_mesh_data(const std::string& path, const MeshData& data, const WriteO
 /// @throws IoError as read_mesh does, for a size that is not > 0, and if the number of sizes is not the expected one
 std::vector<double> read_sizes(const std::string& path, std::optional<std::size_t> expected_count = {});
 
+/// @param dimension  of the mesh they are for: 2 for planar ones, see TriangleSoup
 /// @throws IoError if the file cannot be written or its extension is unknown
 /// @throws std::invalid_argument if a size is not > 0
-void write_sizes(const std::string& path, std::span<const double> sizes);
+void write_sizes(const std::string& path, std::span<const double> sizes, int dimension = 3);
 
 }  // namespace gradus
