@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <utility>
 
 #include "describe.hpp"
 #include "gradus/io/cage_files.hpp"
@@ -49,7 +50,7 @@ void check(const CageChoice& choice) {
     if (!choice.boundary.empty()) throw UsageError("--cage-boundary is for cages; give --subdivision too");
 }
 
-LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice) {
+LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice, bool keeps_label_borders) {
     Cage cage = read_cage(path);
     const SubdivisionScheme scheme = scheme_of(choice);
     try {
@@ -61,13 +62,16 @@ LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice
         if (choice.boundary == "none") cage.boundary = Cage::Boundary::None;
         if (choice.boundary == "edges") cage.boundary = Cage::Boundary::Edges;
         if (choice.boundary == "corners") cage.boundary = Cage::Boundary::EdgesAndCorners;
+        const std::vector<int> label = keeps_label_borders ? cage.labels : std::exchange(cage.labels, {});
         LimitSurface surface = limit_surface(cage, scheme);
         if (surface.topology.patches.empty())
-            throw Failure(path +
-                          ": no face of the cage has a limit surface; --cage-boundary edges gives boundaries one");
+            throw Failure(path + (cage.boundary == Cage::Boundary::None
+                                      ? ": no face of the cage has a limit surface; --cage-boundary edges gives "
+                                        "boundaries one"
+                                      : ": all faces of the cage are holes"));
         std::vector<int> labels;
         for (const int face : surface.face)
-            if (!cage.labels.empty()) labels.push_back(cage.labels[face]);
+            if (!label.empty()) labels.push_back(label[face]);
         return {SurfaceModel(std::move(surface.topology)), std::move(labels)};
     } catch (const std::invalid_argument& error) {
         throw Failure(path + ": " + error.what());

@@ -27,8 +27,8 @@ struct LoadedModel {
     std::vector<int> labels = {};
 };
 
-/// The limit surface of the cage in a file, glued, with the labels of its faces. @throws IoError, Failure naming the
-/// file and what is wrong with it
-LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice);
+/// The limit surface of the cage in a file, with the labels of its faces, whose borders are features or not.
+/// @throws IoError, Failure naming the file and what is wrong with it
+LoadedModel load_limit_surface(const std::string& path, const CageChoice& choice, bool keeps_label_borders);
 
 }  // namespace gradus::app

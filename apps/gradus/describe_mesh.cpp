@@ -44,7 +44,7 @@ double volume_of(const TriangleSoup& soup) {
 // @param worst  area-length of its triangles
 std::string verdict(const TriangleSoup& soup, const Diagnosis& diagnosis, const SelfContacts& contacts, double worst) {
     if (soup.triangles.empty()) return "NOT usable: holds no triangles\n";
-    const Cracks cracks = diagnosis.closed ? Cracks{} : find_cracks(soup);
+    const Cracks cracks = diagnosis.closed || soup.dimension == 2 ? Cracks{} : find_cracks(soup);
     const bool touches = !contacts.pairs.empty() || !contacts.complete;
     const bool is_clean = is_clean_manifold(diagnosis) && cracks.empty() && !touches;
     if (is_clean && diagnosis.closed && volume_of(soup) < 0)

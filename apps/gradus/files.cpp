@@ -113,8 +113,8 @@ void check_distinct(const std::vector<std::string>& outputs) {
     }
 }
 
-LoadedModel load_model(const std::string& path, const CageChoice& cage) {
-    if (cage.is_given()) return load_limit_surface(path, cage);
+LoadedModel load_model(const std::string& path, const CageChoice& cage, bool keeps_label_borders) {
+    if (cage.is_given()) return load_limit_surface(path, cage, keeps_label_borders);
     if (kind_of(path) != FileKind::Patches)
         throw UsageError(path + ": unknown extension \"" + extension_of(path) + "\"; surfaces are read from " +
                          extensions_of(FileKind::Patches) + " " + extensions_of(FileKind::Mesh) + " " +
@@ -150,7 +150,7 @@ TriangleSoup sound(const std::string& path, TriangleSoup soup, bool repair, cons
     const Diagnosis diagnosis = diagnose(soup);
     if (const std::string reasons = why_not_manifold(diagnosis); !reasons.empty())
         throw Failure(path + ": not an oriented manifold: " + reasons + "; try --repair");
-    if (const Cracks cracks = diagnosis.closed ? Cracks{} : find_cracks(soup); !cracks.empty())
+    if (const Cracks cracks = diagnosis.closed || soup.dimension == 2 ? Cracks{} : find_cracks(soup); !cracks.empty())
         session.warn(fmt::format("{}: {}, which --repair closes", path, text_of(cracks)));
     return soup;
 }

@@ -47,7 +47,7 @@ void make_folder(const std::string& path);
 void check_distinct(const std::vector<std::string>& outputs);
 
 /// The patches of a file, glued, or the limit surface of a cage. @throws IoError, Failure naming the file
-LoadedModel load_model(const std::string& path, const CageChoice& cage = {});
+LoadedModel load_model(const std::string& path, const CageChoice& cage = {}, bool keeps_label_borders = true);
 /// The triangle mesh of a file as it is, if it is an oriented manifold; else repaired, if that is asked for, with each
 /// change said.
 /// @throws Failure naming the file, its first faults and the cure

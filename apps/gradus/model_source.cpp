@@ -39,7 +39,8 @@ class ModelSource final : public Source {
 
   private:
     LoadedModel load(Stages& stages) const {
-        return stages.run("reading", [&] { return load_model(choice_.in, choice_.cage); });
+        return stages.run("reading",
+                          [&] { return load_model(choice_.in, choice_.cage, !choice_.surface.no_label_borders); });
     }
     Map map_by_rule(const MeshRequest& request, const SurfaceModel& model, Stages& stages) const;
     Map map_given(const MeshRequest& request, const SurfaceModel& model, Stages& stages) const;
@@ -54,6 +55,7 @@ Map ModelSource::map_by_rule(const MeshRequest& request, const SurfaceModel& mod
     SizingRule rule = *map.rule;
     if (choice_.sizing.chord_error) {
         if (!choice_.sizing.hmin) rule.hmin *= kFinestSize;
+        rule.hmin_by_part = false;
         rule = rule_within(*choice_.sizing.chord_error, rule);
     }
     map.hmin = rule.hmin;

@@ -83,9 +83,12 @@ void add_triangulation(CLI::App& app, TriangulationChoice& choice) {
 }
 
 void check_for_patches(const TriangulationChoice& choice) {
-    if (!choice.freeze.empty() || !choice.freeze_list.empty())
-        throw UsageError(fmt::format("{} is for triangle meshes, not for patches",
-                                     choice.freeze.empty() ? "--freeze-list" : "--freeze"));
+    const std::pair<bool, const char*> given[] = {{!choice.freeze.empty(), "--freeze"},
+                                                  {!choice.freeze_list.empty(), "--freeze-list"},
+                                                  {choice.repair, "--repair"},
+                                                  {choice.feature_angle.has_value(), "--feature-angle"}};
+    for (const auto& [is_given, option] : given)
+        if (is_given) throw UsageError(std::string(option) + " is for triangle meshes, not for patches");
 }
 
 namespace {

@@ -483,6 +483,13 @@ SizedBackground Builder::result() const {
 
 SizedBackground make_background(const SurfaceModel& model, const SizingRule& rule, const BackgroundOptions& options) {
     check(rule);
+    constexpr double kLeastPrescribed = 1e-9;  // of the diagonal
+    for (const SizingRule::At& at : rule.at)
+        if (at.size < kLeastPrescribed * model.diagonal())
+            throw std::invalid_argument(
+                fmt::format("the size {:g} at {:g} {:g} {:g} is below {:g} of the diagonal: rounding leaves no "
+                            "triangles that small",
+                            at.size, at.point.x(), at.point.y(), at.point.z(), kLeastPrescribed));
     if (options.cells < 2)
         throw std::invalid_argument("make_background: cells = " + std::to_string(options.cells) + " must be 2 or more");
     if (!(options.size_tolerance > 0) || !(options.chord_tolerance > 0) || !(options.finest > 0))

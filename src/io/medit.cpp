@@ -422,7 +422,9 @@ TriangleSoup parse(Source in) {
         }
     }
     if (!r.has_vertices) in.fail_at(in.where(), "has no Vertices");
-    if (!r.has_triangles && !is_domain(r)) in.fail_at(in.where(), "has no Triangles or Quadrilaterals");
+    if (!r.has_triangles && !is_domain(r))
+        in.fail_at(in.where(), r.dimension == 2 ? "has no Triangles, Quadrilaterals or Edges"
+                                                : "has no Triangles or Quadrilaterals");
     r.vertex.check(in, r.soup.points.size());
     r.edge.check(in, r.soup.edges.size());
     r.triangle.check(in, r.num_triangle_entries);

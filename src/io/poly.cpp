@@ -125,7 +125,7 @@ class PolyReader {
 
 TriangleSoup triangulated(const std::string& path, const PlanarGraph& graph) {
     try {
-        return triangulate(graph);
+        return triangulate(graph, InnerPoints::Added);
     } catch (const std::invalid_argument& error) {
         throw IoError(path, 0, error.what());
     }

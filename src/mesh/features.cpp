@@ -15,6 +15,8 @@ namespace gradus {
 namespace {
 
 constexpr int kReach = 3;            // edges on either side that tell a corner from a jag
+constexpr int kFarthest = 1000;      // edges of an outline that go on straight
+constexpr double kSlight = 0.1;      // of a turn: bends that are none beside it
 constexpr double kRelief = 0.15;     // of the scale
 constexpr double kJag = 1;           // height of a jag over the scale, from which it is a corner nevertheless
 constexpr double kSliver = 1.0 / 3;  // width of a facet between two creases over its length, at most
@@ -586,10 +588,27 @@ class Finder {
             return side;
         };
         const BendSide one = side_to(a), other = side_to(b);
-        const double width = std::min(one.width, other.width);
+        // Sampled unevenly, a corner may have short edges beside it, but these go on straight.
+        const double width = std::min(straight_length(v, a, turn), straight_length(v, b, turn));
         if (sags(width, turn, one, other)) return true;
         return rises(width, turn) && (turn < options_.angle ? is_ridge(turn, one, other)
                                                             : unexplained_turn(turn, one, other) > kCorner * turn);
+    }
+
+    // How far it is from v over w and on, as long as the bends on the way are slight beside a turn.
+    double straight_length(int v, int w, double turn) const {
+        const int start = v;
+        double bends = 0;
+        for (int i = 1; i < kFarthest && degree_[w] == 2; ++i) {
+            const auto [a, b] = neighbours(w);
+            const int further = a == v ? b : a;
+            const Eigen::Vector3d before = along(v, w), after = along(w, further);
+            bends += std::atan2(before.cross(after).norm(), before.dot(after));
+            if (bends > kSlight * turn || further == start) break;
+            v = w;
+            w = further;
+        }
+        return (points_[w] - points_[start]).norm();
     }
 
     // Whether an edge surely is a feature, with planes of several facets on both sides, or on the only one.

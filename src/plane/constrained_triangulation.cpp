@@ -84,7 +84,7 @@ class Builder {
 
     std::vector<Tri> inside() const;
     /// All triangles, and one at the border of the box.
-    Arrangement take() { return {std::move(triangles_), triangle_of_[num_points_]}; }
+    Arrangement take() { return {std::move(points_), std::move(triangles_), triangle_of_[num_points_]}; }
 
   private:
     const Eigen::Vector2d& at(int vertex) const { return points_[vertex]; }

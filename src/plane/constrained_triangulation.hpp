@@ -134,8 +134,9 @@ std::vector<Tri> triangulate_loops(std::span<const Eigen::Vector2d> points,
 
 /// A constrained Delaunay triangulation of a box around all points, whose corners are numbered after these.
 struct Arrangement {
-    std::vector<Tri> triangles;  ///< is_fixed() where the segments are
-    int outer;                   ///< a triangle at the border of the box
+    std::vector<Eigen::Vector2d> points;  ///< with the corners of the box behind them
+    std::vector<Tri> triangles;           ///< is_fixed() where the segments are
+    int outer;                            ///< a triangle at the border of the box
 };
 
 /// Points that belong to no segment become vertices, too.

@@ -1,8 +1,11 @@
 #include "gradus/plane/planar_graph.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <optional>
 #include <span>
 #include <sstream>
 #include <stdexcept>
@@ -20,6 +23,8 @@ using planar::kOutside;
 
 constexpr int kNone = -1;
 constexpr double kLargestCoordinate = 1e40;  // of which the signs of areas are exact
+// Circumradius over the shortest side of a triangle that is well shaped. [Ruppert 1995]
+constexpr double kWellShaped = 1.4142135623730951;
 
 std::string text_of(const Eigen::Vector2d& p) {
     std::ostringstream text;
@@ -93,6 +98,108 @@ class Outlines {
     int numbered_ = 0, count_ = 0;
 };
 
+/// Points inside a triangulation that make its triangles well shaped as far as the segments let them: circumcentres of
+/// badly shaped ones, or on the way there where a segment is between or near. [Ruppert 1995; Ungor 2004] Segments stay
+/// whole. It ends, as no two
+/// points come nearer to each other than those that were there.
+class Refinement {
+  public:
+    /// @param region  of each triangle, kept up to date; those below 0 stay as they are
+    Refinement(std::vector<planar::Tri>& triangles, std::vector<Eigen::Vector2d>& points, std::vector<int>& region)
+        : triangles_(triangles), points_(points), region_(region) {}
+
+    void run() {
+        for (int t = 0; t < static_cast<int>(triangles_.size()); ++t) waiting_.push_back({t, triangles_[t].v});
+        for (std::size_t i = 0; i < waiting_.size(); ++i) {
+            const auto [t, corners] = waiting_[i];
+            if (region_[t] < 0 || triangles_[t].v != corners) continue;
+            const auto bad = bad_shape(corners);
+            if (!bad) continue;
+            // On the way from the shortest side to the circumcentre, which may be out of sight.
+            const double nearest = bad->shortest / bad->way.norm();
+            for (double part = 1; part >= nearest && !insert(t, bad->side + part * bad->way); part /= 2) continue;
+        }
+    }
+
+  private:
+    struct Waiting {
+        int triangle;
+        std::array<int, 3> corners;  // to know whether it is still there
+    };
+
+    struct BadShape {
+        double shortest;            // side
+        Eigen::Vector2d side, way;  // its middle, and from there to the circumcentre
+    };
+    std::optional<BadShape> bad_shape(const std::array<int, 3>& v) const {
+        const Eigen::Vector2d &a = points_[v[0]], ab = points_[v[1]] - a, ac = points_[v[2]] - a;
+        const double cross = ab.x() * ac.y() - ab.y() * ac.x();
+        const Eigen::Vector2d centre = (Eigen::Vector2d(ac.y(), -ac.x()) * ab.squaredNorm() +
+                                        Eigen::Vector2d(-ab.y(), ab.x()) * ac.squaredNorm()) /
+                                       (2 * cross);
+        const std::array<std::pair<double, Eigen::Vector2d>, 3> sides{
+            {{ab.norm(), ab / 2}, {ac.norm(), ac / 2}, {(ac - ab).norm(), (ab + ac) / 2}}};
+        const auto& [shortest, middle] = *std::min_element(
+            sides.begin(), sides.end(), [](const auto& one, const auto& other) { return one.first < other.first; });
+        if (!centre.allFinite() || centre.norm() <= kWellShaped * shortest) return std::nullopt;
+        return BadShape{shortest, a + middle, centre - middle};
+    }
+
+    // The triangle that holds p, if no segment lies between.
+    std::optional<int> seen_from(int t, const Eigen::Vector2d& p) const {
+        constexpr int kMostSteps = 10'000;
+        for (int step = 0; step < kMostSteps; ++step) {
+            const planar::Tri& tri = triangles_[t];
+            int through = kNone;
+            for (int i = 0, k = step % 3; i < 3 && through == kNone; ++i, k = planar::next(k))
+                if (orient2d(points_[tri.v[planar::next(k)]], points_[tri.v[planar::previous(k)]], p) < 0) through = k;
+            if (through == kNone) return t;
+            if (tri.is_fixed(through) || tri.n[through] == kOutside) return std::nullopt;
+            t = tri.n[through];
+        }
+        return std::nullopt;
+    }
+
+    // Nearer to a segment than half the way to the next point.
+    bool is_near_segment(const Eigen::Vector2d& p) const {
+        double next2 = std::numeric_limits<double>::infinity();
+        for (const planar::RimEdge& e : cavity_.rim) next2 = std::min(next2, (points_[e.a] - p).squaredNorm());
+        return std::any_of(cavity_.rim.begin(), cavity_.rim.end(), [&](const planar::RimEdge& e) {
+            if (!e.fixed) return false;
+            const Eigen::Vector2d along = (points_[e.b] - points_[e.a]).normalized(), to = p - points_[e.a];
+            const double height = along.x() * to.y() - along.y() * to.x();
+            return 4 * height * height < next2;
+        });
+    }
+
+    bool insert(int seen, const Eigen::Vector2d& p) {
+        const std::optional<int> start = seen_from(seen, p);
+        if (!start) return false;
+        const auto at = [&](int v) { return points_[v]; };
+        const auto in_conflict = [&](int t) {
+            const auto& v = triangles_[t].v;
+            return incircle(at(v[0]), at(v[1]), at(v[2]), p) > 0;
+        };
+        if (!planar::grow_cavity(triangles_, at, in_conflict, *start, p, cavity_) || is_near_segment(p)) return false;
+        const int of = region_[*start];
+        planar::fill_cavity(triangles_, static_cast<int>(points_.size()), cavity_, fan_);
+        points_.push_back(p);
+        region_.resize(triangles_.size());
+        for (const int t : fan_) {
+            region_[t] = of;
+            waiting_.push_back({t, triangles_[t].v});
+        }
+        return true;
+    }
+
+    std::vector<planar::Tri>& triangles_;
+    std::vector<Eigen::Vector2d>& points_;
+    std::vector<int>& region_;
+    std::vector<Waiting> waiting_;
+    planar::Cavity cavity_;
+    std::vector<int> fan_;
+};
+
 /// The faces into which the segments cut the plane, and which of them are the domain.
 class Faces {
   public:
@@ -114,15 +221,31 @@ class Faces {
         name_regions();
     }
 
+    // Adds points so that triangles of the domain are well shaped.
+    void refine() {
+        std::vector<int> region(of_.size(), kNone);
+        for (std::size_t t = 0; t < region.size(); ++t)
+            if (inside_[of_[t]]) region[t] = of_[t];
+        added_ = arrangement_.points;
+        Refinement(arrangement_.triangles, added_, region).run();
+        of_ = std::move(region);
+        added_.erase(added_.begin(), added_.begin() + std::ssize(arrangement_.points));
+    }
+
     TriangleSoup soup() const {
         TriangleSoup soup;
         soup.dimension = 2;
-        for (const Eigen::Vector2d& p : graph_.points) soup.points.emplace_back(p.x(), p.y(), 0);
+        for (const auto* points : {&graph_.points, &added_})
+            for (const Eigen::Vector2d& p : *points) soup.points.emplace_back(p.x(), p.y(), 0);
         std::vector<char> in_segment(graph_.points.size(), 0), used(graph_.points.size(), 0);
+        // The corners of the box are numbered between the points and those that were added.
+        const int n = static_cast<int>(graph_.points.size());
+        const int box = static_cast<int>(arrangement_.points.size()) - n;
         for (int t = 0; t < static_cast<int>(triangles().size()); ++t) {
-            if (!inside_[of_[t]]) continue;
-            soup.triangles.push_back(triangles()[t].v);
-            for (const int v : triangles()[t].v) used[v] = 1;
+            if (of_[t] == kNone || !inside_[of_[t]]) continue;
+            Triangle corners = triangles()[t].v;
+            for (int& v : corners) v < n ? used[v] = 1 : v -= box;
+            soup.triangles.push_back(corners);
             if (has_labels_) soup.labels.push_back(labels_[of_[t]]);
         }
         for (std::size_t s = 0; s < graph_.segments.size(); ++s) {
@@ -277,6 +400,7 @@ class Faces {
 
     const PlanarGraph& graph_;
     planar::Arrangement arrangement_;
+    std::vector<Eigen::Vector2d> added_;  // points, by refine
     std::map<Edge, int> segment_at_;
     std::vector<int> of_;                       // face of each triangle
     std::vector<std::vector<FaceSide>> sides_;  // of each face
@@ -286,9 +410,57 @@ class Faces {
     int outer_ = 0;
 };
 
+// Regions that meet in a point only get a vertex each there.
+void part_touching(TriangleSoup& soup) {
+    const int n = static_cast<int>(soup.points.size()), m = static_cast<int>(soup.triangles.size());
+    std::map<Edge, int> one;      // a triangle at each edge
+    std::vector<int> way(3 * m);  // corners at one vertex that hang together, as trees
+    std::iota(way.begin(), way.end(), 0);
+    const auto root = [&](int corner) {
+        while (way[corner] != corner) corner = way[corner] = way[way[corner]];
+        return corner;
+    };
+    const std::vector<Triangle> triangles = soup.triangles;
+    const auto corner_at = [&](int t, int v) {
+        return 3 * t + static_cast<int>(std::find(triangles[t].begin(), triangles[t].end(), v) - triangles[t].begin());
+    };
+    for (int t = 0; t < m; ++t)
+        for (int k = 0; k < 3; ++k) {
+            const int a = soup.triangles[t][k], b = soup.triangles[t][(k + 1) % 3];
+            const auto [known, is_new] = one.emplace(edge_between(a, b), t);
+            if (is_new) continue;
+            for (const int v : {a, b}) way[root(corner_at(t, v))] = root(corner_at(known->second, v));
+        }
+    std::vector<int> fan(n, kNone);          // of each vertex the first
+    std::map<int, int> copy;                 // of a further fan the vertex
+    std::vector<std::array<int, 2>> copies;  // and of which it is a copy
+    for (int corner = 0; corner < 3 * m; ++corner) {
+        const int v = soup.triangles[corner / 3][corner % 3], of = root(corner);
+        if (fan[v] == kNone) fan[v] = of;
+        if (fan[v] == of || copy.count(of)) continue;
+        copy[of] = static_cast<int>(soup.points.size());
+        copies.push_back({copy[of], v});
+        soup.points.push_back(soup.points[v]);
+    }
+    if (copies.empty()) return;
+    for (std::vector<Edge>* edges : {&soup.edges, &soup.required.edges})
+        for (Edge& edge : *edges) {
+            const auto at = one.find(edge_between(edge[0], edge[1]));
+            if (at == one.end()) continue;
+            for (int& v : edge)
+                if (const auto to = copy.find(root(corner_at(at->second, v))); to != copy.end()) v = to->second;
+        }
+    for (int corner = 0; corner < 3 * m; ++corner)
+        if (const auto to = copy.find(root(corner)); to != copy.end())
+            soup.triangles[corner / 3][corner % 3] = to->second;
+    for (std::vector<int>* list : {&soup.corners, &soup.required.vertices})
+        for (const auto& [c, v] : copies)
+            if (std::find(list->begin(), list->end(), v) != list->end()) list->push_back(c);
+}
+
 }  // namespace
 
-TriangleSoup triangulate(const PlanarGraph& graph) {
+TriangleSoup triangulate(const PlanarGraph& graph, InnerPoints inner) {
     if (!graph.labels.empty() && graph.labels.size() != graph.segments.size())
         throw std::invalid_argument("triangulate: " + std::to_string(graph.labels.size()) + " labels for " +
                                     std::to_string(graph.segments.size()) + " segments");
@@ -296,7 +468,11 @@ TriangleSoup triangulate(const PlanarGraph& graph) {
         if (graph.points[i].cwiseAbs().maxCoeff() > kLargestCoordinate)
             throw std::invalid_argument("point " + std::to_string(i + graph.first_number) + " at " +
                                         text_of(graph.points[i]) + " is too far away");
-    return Faces(graph).soup();
+    Faces faces(graph);
+    if (inner == InnerPoints::Added) faces.refine();
+    TriangleSoup soup = faces.soup();
+    part_touching(soup);
+    return soup;
 }
 
 }  // namespace gradus

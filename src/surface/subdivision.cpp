@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 
 #include "gradus/mesh/edge.hpp"
@@ -187,6 +188,52 @@ std::string why_no_faces(const Cage& cage) {
 // Why not, for how they meet.
 // @param uses  of each edge, the faces with it, from 1 on; negative where they run from its larger vertex to the
 // smaller
+// Corners of faces that edges join at a vertex, as trees: one for each vertex where the faces are one fan.
+class Fans {
+  public:
+    explicit Fans(const Cage& cage) : cage_(cage) {
+        for (const auto& face : cage.faces) first_.push_back(first_.back() + static_cast<int>(face.size()));
+        up_.resize(first_.back());
+        std::iota(up_.begin(), up_.end(), 0);
+    }
+    void join(int face, int other, int vertex) { up_[root(corner(face, vertex))] = root(corner(other, vertex)); }
+    int fan_of(int face, int vertex) { return root(corner(face, vertex)); }
+
+  private:
+    int corner(int face, int vertex) const {
+        const std::vector<int>& of = cage_.faces[face];
+        return first_[face] + static_cast<int>(std::find(of.begin(), of.end(), vertex) - of.begin());
+    }
+    int root(int c) {
+        while (up_[c] != c) c = up_[c] = up_[up_[c]];
+        return c;
+    }
+
+    const Cage& cage_;
+    std::vector<int> first_{0}, up_;
+};
+
+std::string why_not_around_vertices(const Cage& cage, const std::map<Edge, std::vector<int>>& uses) {
+    Fans fans(cage);
+    std::vector<int> edges(cage.points.size(), 0), faces(cage.points.size(), 0), fan(cage.points.size(), -1);
+    for (const auto& [edge, of] : uses)
+        for (const int v : edge) {
+            ++edges[v];
+            if (of.size() == 2) fans.join(std::abs(of[0]) - 1, std::abs(of[1]) - 1, v);
+        }
+    for (int f = 0; f < std::ssize(cage.faces); ++f)
+        for (const int v : cage.faces[f]) {
+            ++faces[v];
+            const int of = fans.fan_of(f, v);
+            if (fan[v] >= 0 && fan[v] != of) return "vertex " + name(v) + ": surfaces touch there without an edge";
+            fan[v] = of;
+        }
+    for (int v = 0; v < std::ssize(edges); ++v)
+        if (faces[v] == 2 && edges[v] == 2)
+            return "vertex " + name(v) + " is inside the surface and has two faces only";
+    return "";
+}
+
 std::string why_no_surface(const Cage& cage, const std::map<Edge, std::vector<int>>& uses) {
     for (const auto& [edge, faces] : uses) {
         if (faces.size() > 2)
@@ -198,18 +245,7 @@ std::string why_no_surface(const Cage& cage, const std::map<Edge, std::vector<in
                    " run along edge " + name(edge) +
                    " in the same direction: one of them is to be turned, or the surface has one side only";
     }
-    // Around a vertex faces are joined by edges: as many edges as faces, or one more at a boundary.
-    std::vector<int> edges(cage.points.size(), 0), faces(cage.points.size(), 0), open(cage.points.size(), 0);
-    for (const auto& [edge, of] : uses)
-        for (const int v : edge) ++edges[v], open[v] += of.size() == 1;
-    for (const auto& face : cage.faces)
-        for (const int v : face) ++faces[v];
-    for (int v = 0; v < std::ssize(edges); ++v) {
-        if (open[v] > 2) return "vertex " + name(v) + ": surfaces touch there without an edge";
-        if (faces[v] == 2 && edges[v] == 2)
-            return "vertex " + name(v) + " is inside the surface and has two faces only";
-    }
-    return "";
+    return why_not_around_vertices(cage, uses);
 }
 
 std::string why_no_tags(const Cage& cage, const std::map<Edge, std::vector<int>>& uses) {
@@ -284,10 +320,11 @@ class CurvesOfCage {
   public:
     CurvesOfCage(const Cage& cage, Topology& topology) : topology_(topology) {
         for (const Cage::Crease& crease : cage.creases)
-            if (crease.sharpness >= Cage::kSharp) sharp_.push_back(edge_between(crease.edge[0], crease.edge[1]));
+            if (crease.sharpness >= Cage::kSharp) kept_.push_back(edge_between(crease.edge[0], crease.edge[1]));
+        add_label_borders(cage);
         for (const Cage::Corner& corner : cage.corners)
             if (corner.sharpness >= Cage::kSharp) corners_.push_back(corner.vertex);
-        std::sort(sharp_.begin(), sharp_.end());
+        std::sort(kept_.begin(), kept_.end());
         std::sort(corners_.begin(), corners_.end());
     }
 
@@ -296,17 +333,17 @@ class CurvesOfCage {
         for (int k = 0; k < 4; ++k) {
             const int a = face[k], b = face[(k + 1) % 4];
             const Edge edge = edge_between(a, b);
-            use({edge, kWhole}, k, a != edge[0], is_sharp(edge));
+            use({edge, kWhole}, k, a != edge[0], is_kept(edge));
         }
     }
     // The last patch is the part at a corner of a face.
     void bound_part(int number, const std::vector<int>& face, int corner) {
         const int n = static_cast<int>(face.size()), v = face[corner];
         const Edge next = edge_between(v, face[(corner + 1) % n]), last = edge_between(v, face[(corner + n - 1) % n]);
-        use({next, v == next[0] ? 0 : 1}, 0, false, is_sharp(next));
+        use({next, v == next[0] ? 0 : 1}, 0, false, is_kept(next));
         use({next, kFirstFace + number}, 1, false, false);
         use({last, kFirstFace + number}, 2, true, false);
-        use({last, v == last[0] ? 0 : 1}, 3, true, is_sharp(last));
+        use({last, v == last[0] ? 0 : 1}, 3, true, is_kept(last));
     }
     // Patches of OpenSubdiv 3.5 leave gaps where sharpness is averaged along creases: @throws naming the edge
     void check_gaps(const std::vector<int>& face_of) const {
@@ -342,10 +379,24 @@ class CurvesOfCage {
     static constexpr int kWhole = 2, kFirstFace = 3;  // after both halves
     using Key = std::pair<Edge, int>;
 
-    bool is_sharp(const Edge& edge) const { return std::binary_search(sharp_.begin(), sharp_.end(), edge); }
+    void add_label_borders(const Cage& cage) {
+        if (cage.labels.empty()) return;
+        std::map<Edge, int> label;
+        for (std::size_t f = 0; f < cage.faces.size(); ++f) {
+            const std::vector<int>& face = cage.faces[f];
+            for (std::size_t k = 0; k < face.size(); ++k) {
+                const auto [known, is_new] =
+                    label.emplace(edge_between(face[k], face[(k + 1) % face.size()]), cage.labels[f]);
+                if (!is_new && known->second != cage.labels[f]) kept_.push_back(known->first);
+            }
+        }
+    }
+
+    // Creases, and borders of labels.
+    bool is_kept(const Edge& edge) const { return std::binary_search(kept_.begin(), kept_.end(), edge); }
 
     // Side k of the last patch is a use of a curve.
-    void use(const Key& key, int k, bool reversed, bool sharp) {
+    void use(const Key& key, int k, bool reversed, bool kept) {
         const int patch = static_cast<int>(topology_.patches.size()) - 1;
         const auto [known, is_new] = curves_.emplace(key, static_cast<int>(topology_.curves.size()));
         if (is_new) topology_.curves.emplace_back();
@@ -354,11 +405,11 @@ class CurvesOfCage {
         const Vector2d &from = corners[k], &to = corners[(k + 1) % 4];
         topology_.patches[patch].loops[0].push_back({known->second, static_cast<int>(curve.uses.size())});
         curve.uses.push_back({patch, reversed, reversed ? straight_image(to, from) : straight_image(from, to)});
-        if (curve.uses.size() == 2) curve.kind = sharp ? CurveKind::Crease : CurveKind::Smooth;
+        if (curve.uses.size() == 2) curve.kind = kept ? CurveKind::Crease : CurveKind::Smooth;
     }
 
     Topology& topology_;
-    std::vector<Edge> sharp_;
+    std::vector<Edge> kept_;
     std::vector<int> corners_;
     std::map<Key, int> curves_;
 };
@@ -456,7 +507,8 @@ LimitSurface limit_surface(const Cage& cage, SubdivisionScheme scheme) {
         for (int k = 0; k < std::ssize(parts); ++k) {
             result.topology.patches.push_back({std::make_unique<LimitPatch>(shared, surface, patch_points, parts[k],
                                                                             unbounded_corners(cage.faces[f], k)),
-                                               {{}}});
+                                               {{}},
+                                               "face " + name(f)});
             result.face.push_back(f);
             all_quads ? curves.bound_whole(cage.faces[f]) : curves.bound_part(f, cage.faces[f], k);
         }

@@ -49,7 +49,6 @@ struct GaussRule {
     double weight(int k) const { return coarse ? 0.5 : gauss_weights[k % 5]; }
 };
 
-std::string name_of_patch(int patch) { return "patch " + std::to_string(patch); }
 std::string name_of_curve(int curve) { return "curve " + std::to_string(curve); }
 
 }  // namespace
@@ -67,6 +66,10 @@ struct SurfaceModel::Builder {
     Vector3d apex{0, 0, 0};
     std::vector<PatchIntegrals> integrals = {};  // of each patch, volumes from the apex
 
+    std::string name_of_patch(int patch) const {
+        const std::string& given = model.patches_[patch].name;
+        return given.empty() ? "patch " + std::to_string(patch) : given;
+    }
     int num_curves() const { return static_cast<int>(model.curves_.size()); }
     bool has_many() const { return model.num_patches() > SurfaceModel::kMany; }
     /// Pieces that curves are sampled at, and that a patch is integrated by in each direction.

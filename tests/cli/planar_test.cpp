@@ -132,6 +132,52 @@ TEST_CASE("holes, interfaces and lines of a planar domain are kept", "[cli]") {
     CHECK(shape.area_length.mean > 0.965);
 }
 
+TEST_CASE("corners stay, however short the segments beside them are", "[cli][regression]") {
+    const TemporaryFolder folder;
+    // A rectangle with further points on its sides, one of them very near to a corner.
+    for (const double near : {1e-5, 3e-4, 0.01, 0.5}) {
+        CAPTURE(near);
+        Drawing drawing;
+        drawing.add_loop({{0, 0}, {near, 0}, {1.7, 0}, {4, 0}, {4, 2}, {0, 2}, {0, near}}, 1);
+        support::spill(folder / "in.mesh", drawing.medit());
+        REQUIRE(run(folder, "remesh in.mesh -o out.mesh").code == 0);
+        CHECK(area(read_mesh(folder / "out.mesh")) == Approx(8).epsilon(1e-12));
+    }
+    // An airfoil with cosine spacing keeps its trailing edge, and its surroundings are no finer than sizes ask for.
+    Drawing foil;
+    foil.add_loop({{-6, -5}, {7, -5}, {7, 5}, {-6, 5}}, 2);
+    std::vector<Eigen::Vector2d> outline;
+    constexpr int n = 60;
+    for (int k = 0; k < 2 * n; ++k) {
+        const double x = (1 + std::cos(std::numbers::pi * k / n)) / 2,
+                     half = 0.6 * (0.2969 * std::sqrt(x) - 0.126 * x - 0.3516 * x * x + 0.2843 * x * x * x -
+                                   0.1036 * x * x * x * x);
+        outline.emplace_back(x, k < n ? half : -half);
+    }
+    foil.add_loop(outline, 1);
+    support::spill(folder / "foil.mesh", foil.medit());
+    REQUIRE(run(folder, "remesh foil.mesh -o out.mesh").code == 0);
+    const TriangleSoup mesh = read_mesh(folder / "out.mesh");
+    const auto is_tip = [](const Eigen::Vector3d& p) { return p == Eigen::Vector3d(1, 0, 0); };
+    CHECK(std::any_of(mesh.points.begin(), mesh.points.end(), is_tip));
+    CHECK(mesh.triangles.size() < 800);  // with a growth of 1.5 from the foil 520 to 680 are ideal
+    CHECK(shape_of(mesh).area_length.min > 0.8);
+}
+
+TEST_CASE("regions and holes may meet in a point", "[cli][regression]") {
+    const TemporaryFolder folder;
+    Drawing bowtie;
+    bowtie.points = {{-1, -1}, {0, 0}, {-1, 1}, {1, -1}, {1, 1}};
+    bowtie.segments = {{0, 1, 1}, {1, 2, 1}, {2, 0, 1}, {1, 3, 2}, {3, 4, 2}, {4, 1, 2}};
+    support::spill(folder / "in.mesh", bowtie.medit());
+    const Outcome outcome = run(folder, "remesh in.mesh -o out.mesh");
+    CAPTURE(outcome.err);
+    REQUIRE(outcome.code == 0);
+    CHECK(outcome.err.empty());
+    CHECK(area(read_mesh(folder / "out.mesh")) == Approx(2).epsilon(1e-13));
+    CHECK(run(folder, "info in.mesh").out.find("NOT") == std::string::npos);
+}
+
 TEST_CASE("labels of the lines of a planar domain are kept by every format that holds some", "[cli]") {
     const TemporaryFolder folder;
     support::spill(folder / "square.mesh", square(2).medit());

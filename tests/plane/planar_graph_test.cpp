@@ -140,6 +140,51 @@ TEST_CASE("what is wrong with a planar domain is named with its place", "[exact]
     CHECK_THAT(refusal_of(hole), Catch::Contains("(-1, 0) is in none"));
 }
 
+TEST_CASE("added points make triangles well shaped but where segments are long, and change nothing else",
+          "[property]") {
+    PlanarGraph graph;
+    add_loop(graph, square(0, 10));
+    add_loop(graph, circle(3, 4, 0.5, 400));
+    add_loop(graph, circle(7, 6, 0.01, 16));
+    const TriangleSoup plain = triangulate(graph), refined = triangulate(graph, InnerPoints::Added);
+    REQUIRE(is_clean_manifold(diagnose(refined)));
+    CHECK(std::equal(plain.points.begin(), plain.points.end(), refined.points.begin()));
+    CHECK(refined.edges == plain.edges);
+    CHECK(has_edges(refined));
+    CHECK(refined.required.empty());
+    CHECK(area(refined) == Approx(area(plain)).epsilon(1e-14));
+    // The usual triangle; some have a side of the square, which stays whole.
+    std::vector<double> smallest;
+    for (const Triangle& t : refined.triangles) {
+        double angle = 180;
+        for (int k = 0; k < 3; ++k) {
+            const Eigen::Vector3d a = refined.points[t[(k + 1) % 3]] - refined.points[t[k]],
+                                  b = refined.points[t[(k + 2) % 3]] - refined.points[t[k]];
+            angle = std::min(angle, 180 / std::numbers::pi * std::atan2(a.cross(b).norm(), a.dot(b)));
+        }
+        smallest.push_back(angle);
+    }
+    std::sort(smallest.begin(), smallest.end());
+    CHECK(smallest[smallest.size() / 20] > 20);
+    CHECK(refined.triangles.size() < 5000);
+}
+
+TEST_CASE("parts that meet in a point get a vertex each there", "[exact]") {
+    PlanarGraph graph;
+    graph.points = {{-1, -1}, {0, 0}, {-1, 1}, {1, -1}, {1, 1}};
+    graph.segments = {{0, 1}, {1, 2}, {2, 0}, {1, 3}, {3, 4}, {4, 1}};
+    graph.labels = {1, 2, 3, 4, 5, 6};
+    graph.required.vertices = {1};
+    const TriangleSoup soup = triangulate(graph);
+    CHECK(is_manifold(diagnose(soup)));
+    REQUIRE(soup.points.size() == 6);
+    CHECK(soup.points[5] == soup.points[1]);
+    CHECK(has_edges(soup));
+    CHECK(soup.edge_labels == graph.labels);
+    CHECK(soup.required.vertices == std::vector{1, 5});
+    CHECK(area(soup) == Approx(2));
+}
+
 TEST_CASE("areas of random holes, holes in holes and lines agree with those of the polygons", "[property]") {
     const unsigned seed = GENERATE(range(1U, 9U));
     CAPTURE(seed);

@@ -33,14 +33,21 @@ struct PlanarGraph {
     int first_number = 0;            ///< what messages call the first point
 };
 
+/// Whether a triangulation has vertices that are no points of the graph.
+enum class InnerPoints {
+    None,
+    Added  ///< inside, so that triangles are well shaped as far as the segments let them, which stay whole
+};
+
 /// The domain as triangles in z = 0, constrained Delaunay, counter-clockwise: the surface that the way of the data
-/// begins with. Points keep their numbers; segments of the domain are feature edges with their labels, and points of no
-/// segment are required. The labels of triangles are those of `regions`, 0 elsewhere; without any given, regions are
-/// numbered from 1 in the order of their first segments, if there are several.
+/// begins with. Points keep their numbers, those that are added come behind them; segments of the domain are feature
+/// edges with their labels, and points of no segment are required. Where parts of the domain meet in a point only each
+/// has a vertex there, behind all others. The labels of triangles are those of `regions`, 0 elsewhere; without any
+/// given, regions are numbered from 1 in the order of their first segments, if there are several.
 /// @throws std::invalid_argument naming points and segments with their places: numbers out of range or not finite,
 /// coinciding points, repeated,
 ///         crossing or touching segments, segments that are not in the domain (but between listed holes), nothing
 ///         enclosed, a hole or region at a point that is in no region, two regions of different labels in one
-TriangleSoup triangulate(const PlanarGraph& graph);
+TriangleSoup triangulate(const PlanarGraph& graph, InnerPoints inner = InnerPoints::None);
 
 }  // namespace gradus

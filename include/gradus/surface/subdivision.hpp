@@ -54,9 +54,9 @@ std::string why_no_limit_surface(const Cage& cage, SubdivisionScheme scheme = Su
 void sharpen(Cage& cage, double angle);
 
 /// The limit surface, a patch with the domain [0, 1]^2 for each face, or for each corner of the faces if not all are
-/// quadrilaterals. Patches meet along the edges of the cage: creases where these are infinitely sharp, smooth
-/// elsewhere, however large the angle is that the caps of extraordinary vertices leave. Infinitely sharp corners are
-/// tips.
+/// quadrilaterals. Patches meet along the edges of the cage: creases where these are infinitely sharp
+/// or the faces have different labels, smooth elsewhere, however large the angle is that the caps of extraordinary
+/// vertices leave. Infinitely sharp corners are tips.
 struct LimitSurface {
     Topology topology;
     std::vector<int> face;  ///< of the cage, per patch

@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "gradus/mesh/soup.hpp"
@@ -66,6 +67,7 @@ struct Topology {
     struct Patch {
         std::unique_ptr<const ParametricSurface> surface;
         std::vector<std::vector<UseRef>> loops;  ///< uses one after the other, the outer loop first
+        std::string name = {};                   ///< for messages; empty: "patch 3", from 0 on
     };
     struct Curve {
         std::vector<CurveUse> uses;
