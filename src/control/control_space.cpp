@@ -1,5 +1,6 @@
 #include "gradus/control/control_space.hpp"
 
+#include "../assert.hpp"
 #include "gradus/control/metric.hpp"
 #include "gradus/mesh/closest.hpp"
 
@@ -259,6 +260,7 @@ double ControlSpace::size_in(const Cell& cell, double a, double b) {
 }
 
 double ControlSpace::size(const Eigen::Vector3d& p, int& triangle) const {
+    GRADUS_ASSERT(triangle >= 0 && triangle < num_triangles());
     int came_from = -1;
     for (int step = 0; step < kMostSteps; ++step) {
         const Cell& cell = cells_[triangle];

@@ -1,5 +1,7 @@
 #include "gradus/mesh/connectivity.hpp"
 
+#include "../assert.hpp"
+
 #include <algorithm>
 #include <cstdint>
 #include <stdexcept>
@@ -143,10 +145,8 @@ int Connectivity::find_edge(int a, int b) const {
 void Connectivity::Journal::clear() {
     triangles.clear();
     vertices.clear();
-    allocated_triangles.clear();
-    freed_triangles.clear();
-    allocated_vertices.clear();
-    freed_vertices.clear();
+    recycled_triangles.clear();
+    recycled_vertices.clear();
 }
 
 void Connectivity::touch(int t) {
@@ -174,20 +174,24 @@ void Connectivity::undo(Journal& journal) {
         outgoing_[i->vertex] = i->outgoing;
         valence_[i->vertex] = i->valence;
     }
-    const auto take_back = [](std::vector<int>& free, std::span<const int> allocated, std::span<const int> freed) {
-        // What was freed last is at the end.
-        for (const int i : freed)
-            if (const auto at = std::find(free.rbegin(), free.rend(), i); at != free.rend())
-                free.erase(std::next(at).base());
-        free.insert(free.end(), allocated.rbegin(), allocated.rend());
+    const auto take_back = [](std::vector<int>& free, const std::vector<Journal::Recycling>& recycled) {
+        for (auto i = recycled.rbegin(); i != recycled.rend(); ++i) {
+            if (!i->freed) {
+                free.push_back(i->number);
+                continue;
+            }
+            GRADUS_ASSERT(!free.empty() && free.back() == i->number);
+            free.pop_back();
+        }
     };
-    take_back(free_triangles_, journal.allocated_triangles, journal.freed_triangles);
-    take_back(free_vertices_, journal.allocated_vertices, journal.freed_vertices);
+    take_back(free_triangles_, journal.recycled_triangles);
+    take_back(free_vertices_, journal.recycled_vertices);
     journal.clear();
 }
 
 // The boundary half-edge is found by turning clockwise from any outgoing one.
 void Connectivity::set_outgoing(int v, int h) {
+    GRADUS_ASSERT(h != kNone && origin_[h] == v);
     const int first = h;
     while (twin_[h] != kNone) {
         h = next(twin_[h]);
@@ -206,8 +210,9 @@ int Connectivity::new_triangle() {
         twin_.resize(twin_.size() + 3, kNone);
         tag_.resize(tag_.size() + 3, kNone);
     }
+    GRADUS_ASSERT(!is_live_triangle(t));
     touch(t);
-    if (journal_) journal_->allocated_triangles.push_back(t);
+    if (journal_) journal_->recycled_triangles.push_back({t, false});
     return t;
 }
 
@@ -220,12 +225,15 @@ int Connectivity::new_vertex() {
         outgoing_.push_back(kNone);
         valence_.push_back(0);
     }
+    GRADUS_ASSERT(!is_live_vertex(v));
     touch_vertex(v);
-    if (journal_) journal_->allocated_vertices.push_back(v);
+    if (journal_) journal_->recycled_vertices.push_back({v, false});
     return v;
 }
 
 void Connectivity::flip(int h0) {
+    GRADUS_ASSERT(h0 >= 0 && is_live_triangle(h0 / 3) && twin_[h0] != kNone);
+    GRADUS_ASSERT(find_edge(apex(h0), apex(twin_[h0])) == kNone);
     // Triangles v w c and w v d become v d c and w c d.
     const int h1 = next(h0), h2 = prev(h0), g0 = twin_[h0], g1 = next(g0), g2 = prev(g0);
     const int v = origin_[h0], w = origin_[g0], c = origin_[h2], d = origin_[g2];
@@ -254,6 +262,7 @@ void Connectivity::flip(int h0) {
 }
 
 int Connectivity::split(int h) {
+    GRADUS_ASSERT(h >= 0 && is_live_triangle(h / 3));
     const int m = new_vertex(), g = twin_[h], edge_tag = tag_[h];
     const int v = origin_[h], w = target(h);
     // Cuts the triangle of `side` (from a to b, opposite c) into a m c (in place) and m b c (new).
@@ -320,6 +329,7 @@ bool Connectivity::can_collapse(int h) const {
 }
 
 void Connectivity::collapse(int h) {
+    GRADUS_ASSERT(h >= 0 && is_live_triangle(h / 3) && can_collapse(h));
     const int v = origin(h), w = target(h), g = twin_[h];
     const int c = apex(h), d = g == kNone ? kNone : apex(g);
     for_each_outgoing(v, [&](int e) { touch(e / 3); });
@@ -356,7 +366,7 @@ void Connectivity::collapse(int h) {
     const auto remove = [&](int t) {
         for (int k = 0; k < 3; ++k) origin_[3 * t + k] = twin_[3 * t + k] = tag_[3 * t + k] = kNone;
         free_triangles_.push_back(t);
-        if (journal_) journal_->freed_triangles.push_back(t);
+        if (journal_) journal_->recycled_triangles.push_back({t, true});
     };
     // On the h side: next(h) is w -> c and prev(h) is c -> v; on the g side next(g) is v -> d and prev(g) is d -> w.
     const auto [outer_wc, outer_cv] = close(h, c);
@@ -381,36 +391,83 @@ void Connectivity::collapse(int h) {
     outgoing_[v] = kNone;
     valence_[v] = 0;
     free_vertices_.push_back(v);
-    if (journal_) journal_->freed_vertices.push_back(v);
+    if (journal_) journal_->recycled_vertices.push_back({v, true});
     set_outgoing(w, some_of_w);
     set_outgoing(c, some_of_c);
     if (d != kNone) set_outgoing(d, some_of_d);
 }
 
-std::string Connectivity::check() const {
-    std::vector<int> fans(num_vertices(), 0);
-    for (int t = 0; t < num_triangles(); ++t) {
-        if (!is_live_triangle(t)) continue;
-        for (int h = 3 * t; h < 3 * t + 3; ++h) {
-            const std::string at = " at half-edge " + std::to_string(h);
-            if (!is_live_vertex(origin_[h])) return "dead vertex" + at;
-            ++fans[origin_[h]];
-            const int g = twin_[h];
-            if (g == kNone) continue;
-            if (twin_[g] != h) return "twins disagree" + at;
-            if (origin_[g] != target(h) || target(g) != origin_[h]) return "twins have other ends" + at;
-            if (tag_[g] != tag_[h]) return "tags differ" + at;
-        }
-    }
-    for (int v = 0; v < num_vertices(); ++v) {
-        if (!is_live_vertex(v)) continue;
-        if (origin_[outgoing_[v]] != v) return "outgoing half-edge of vertex " + std::to_string(v);
-        int walked = 0;
-        for_each_outgoing(v, [&](int) { ++walked; });
-        if (walked != fans[v]) return "fan of vertex " + std::to_string(v);
-        if (valence_[v] != walked + (is_boundary_vertex(v) ? 1 : 0)) return "valence of vertex " + std::to_string(v);
+namespace {
+
+// @returns a fault of a list of numbers that are free, or an empty string
+template <class IsLive>
+std::string check_free(const std::string& kind, const std::vector<int>& free, int count, const IsLive& is_live) {
+    std::vector<char> listed(count, 0);
+    for (const int i : free) {
+        if (i < 0 || i >= count) return "free " + kind + " " + std::to_string(i) + " is out of range";
+        if (is_live(i)) return "free " + kind + " " + std::to_string(i) + " is alive";
+        if (listed[i]) return "free " + kind + " " + std::to_string(i) + " is listed twice";
+        listed[i] = 1;
     }
     return {};
+}
+
+}  // namespace
+
+// Before anything is followed, where it leads is checked.
+std::string Connectivity::check() const {
+    const int halfedges = 3 * num_triangles(), vertices = num_vertices();
+    const std::size_t size = origin_.size();
+    if (size % 3 != 0 || twin_.size() != size || tag_.size() != size || valence_.size() != outgoing_.size())
+        return "arrays differ in length";
+    const auto at = [](const char* fault, int h) { return fault + (" at half-edge " + std::to_string(h)); };
+    const auto of = [](const char* fault, int v) { return fault + (" of vertex " + std::to_string(v)); };
+    const auto is_halfedge = [&](int h) { return h >= 0 && h < halfedges && origin_[h] != kNone; };
+    for (int h = 0; h < halfedges; ++h) {
+        if ((origin_[h] == kNone) != (target(h) == kNone)) return at("half a triangle", h);
+        if (origin_[h] == kNone) {
+            if (twin_[h] != kNone || tag_[h] != kNone) return at("remains of a triangle", h);
+            continue;
+        }
+        if (origin_[h] < 0 || origin_[h] >= vertices || !is_live_vertex(origin_[h])) return at("dead vertex", h);
+        if (origin_[h] == target(h)) return at("twice the same vertex", h);
+        if (twin_[h] != kNone && !is_halfedge(twin_[h])) return at("dead twin", h);
+    }
+    std::vector<int> fans(vertices, 0);
+    for (int h = 0; h < halfedges; ++h) {
+        if (origin_[h] == kNone) continue;
+        ++fans[origin_[h]];
+        const int g = twin_[h];
+        if (g == kNone) continue;
+        if (twin_[g] != h) return at("twins disagree", h);
+        if (origin_[g] != target(h) || target(g) != origin_[h]) return at("twins have other ends", h);
+        if (tag_[g] != tag_[h]) return at("tags differ", h);
+    }
+    std::vector<int> joined_to(vertices, kNone);
+    for (int v = 0; v < vertices; ++v) {
+        if (!is_live_vertex(v)) {
+            if (valence_[v] != 0) return of("valence", v);
+            continue;
+        }
+        if (!is_halfedge(outgoing_[v]) || origin_[outgoing_[v]] != v) return of("outgoing half-edge", v);
+        // As twins agree, this ends.
+        int walked = 0;
+        for_each_outgoing(v, [&](int) { ++walked; });
+        if (walked != fans[v]) return of("fan", v);
+        if (valence_[v] != walked + (is_boundary_vertex(v) ? 1 : 0)) return of("valence", v);
+        bool twice = false;
+        for_each_edge(v, [&](int, int other) {
+            twice = twice || joined_to[other] == v;
+            joined_to[other] = v;
+        });
+        if (twice) return of("two edges to the same neighbour", v);
+    }
+    const std::string fault =
+        check_free("triangle", free_triangles_, num_triangles(), [&](int t) { return is_live_triangle(t); });
+    if (!fault.empty()) return fault;
+    if (std::count(origin_.begin(), origin_.end(), kNone) != 3 * static_cast<long>(free_triangles_.size()))
+        return "a triangle is removed and not free";
+    return check_free("vertex", free_vertices_, vertices, [&](int v) { return is_live_vertex(v); });
 }
 
 }  // namespace gradus

@@ -1,5 +1,7 @@
 #include "divide_curves.hpp"
 
+#include "../assert.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -71,8 +73,11 @@ std::vector<Run> list_runs(const Editor& editor, const OptimiseOptions& options)
 
 std::vector<double> lengths_of(const Editor& editor, const Run& run) {
     std::vector<double> lengths;
-    for (int i = 0; i < run.num_edges(); ++i)
-        lengths.push_back(editor.length(editor.mesh().find_edge(run.vertices[i], run.vertices[i + 1])));
+    for (int i = 0; i < run.num_edges(); ++i) {
+        const int edge = editor.mesh().find_edge(run.vertices[i], run.vertices[i + 1]);
+        GRADUS_ASSERT(edge >= 0 && editor.mesh().tag(edge) >= 0);
+        lengths.push_back(editor.length(edge));
+    }
     return lengths;
 }
 

@@ -1,5 +1,6 @@
 #include "editor.hpp"
 
+#include "derivatives.hpp"
 #include "gradus/control/metric.hpp"
 #include "gradus/surface/unit_normal.hpp"
 
@@ -37,73 +38,6 @@ constexpr float kSharpCrease = 0.67f;  // lean of creases, to which triangles ag
                                        // the other way around: 96 degrees
 constexpr double kLegalEnergy =
     12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
-
-// First and second derivatives of the energy sum in a tangent plane.
-struct Derivatives {
-    double value = 0, gx = 0, gy = 0, hxx = 0, hxy = 0, hyy = 0;
-    double worst = 0;     // largest energy of a triangle
-    bool folded = false;  // a penalty is part of the value, though not of its derivatives
-};
-
-// Adds triangle (x, a, b), with alpha and beta the edges to a and b in the plane (u, v).
-void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
-                  Aim aim, Derivatives& sum) {
-    const Eigen::Vector3d ea = a.p - x.p, eb = b.p - x.p;
-    const double ax = ea.dot(u), ay = ea.dot(v), bx = eb.dot(u), by = eb.dot(v);
-    const Eigen::Vector3d n = ea.cross(eb);
-    const double twice_area = std::max(std::sqrt(n.squaredNorm()), 1e-300);
-    const double S = ea.squaredNorm() + eb.squaredNorm() + (eb - ea).squaredNorm();
-    const double Sx = -2 * (ax + bx), Sy = -2 * (ay + by);
-    // Twice the area is linear in the position.
-    const double Ax = ay - by, Ay = bx - ax;
-    constexpr double c = 1 / (2 * 1.7320508075688772);
-    const double i = 1 / twice_area, shape = c * S * i;
-    const double k = (2 / 1.7320508075688772) / (x.g * a.g * b.g), m = k * twice_area;
-    const SizeTerm size = size_term(m);
-    double value = shape + kSizeWeight * size.value;
-    if (const double penalty = turn_penalty(x, a, b, n, twice_area); penalty > 0) {
-        value += penalty;
-        sum.folded = true;
-    }
-    const double d1 = -shape * i + kSizeWeight * k * size.slope;  // by twice the area
-    const double d2 = 2 * shape * i * i + kSizeWeight * k * k * size.curvature;
-    const double gx = c * i * Sx + d1 * Ax, gy = c * i * Sy + d1 * Ay;
-    const double cross = -c * i * i;
-    double hxx = 4 * c * i + 2 * cross * Sx * Ax + d2 * Ax * Ax;
-    double hyy = 4 * c * i + 2 * cross * Sy * Ay + d2 * Ay * Ay;
-    double hxy = cross * (Sx * Ay + Sy * Ax) + d2 * Ax * Ay;
-    sum.worst = std::max(sum.worst, value);
-    double w1 = 1;
-    if (aim == Aim::Worst) {
-        const double e2 = value * value, e3 = e2 * value, e6 = e3 * e3;
-        w1 = 8 * e6 * value;
-        const double w2 = 56 * e6;
-        hxx = w1 * hxx + w2 * gx * gx;
-        hyy = w1 * hyy + w2 * gy * gy;
-        hxy = w1 * hxy + w2 * gx * gy;
-        value = e6 * e2;
-    }
-    sum.value += value;
-    sum.gx += w1 * gx;
-    sum.gy += w1 * gy;
-    sum.hxx += hxx;
-    sum.hxy += hxy;
-    sum.hyy += hyy;
-}
-
-// Adds the edge (x, a) of a feature curve that runs along u.
-void add_edge(const Vertex& x, const Vertex& a, const Eigen::Vector3d& u, Aim aim, Derivatives& sum) {
-    const Eigen::Vector3d e = a.p - x.p;
-    const double k = 1 / (x.h * a.h), by_place = -2 * k * e.dot(u);
-    const SizeTerm size = size_term(k * e.squaredNorm());
-    const double value = 1 + kLengthWeight * size.value, g = kLengthWeight * size.slope * by_place;
-    const double h = kLengthWeight * (size.curvature * by_place * by_place + size.slope * 2 * k);
-    const double e3 = value * value * value;
-    const double w1 = aim == Aim::Worst ? 8 * e3 * e3 * value : 1, w2 = aim == Aim::Worst ? 56 * e3 * e3 : 0;
-    sum.value += weighted(value, aim);
-    sum.gx += w1 * g;
-    sum.hxx += w1 * h + w2 * g * g;
-}
 
 // Normal, as long as twice the area.
 Eigen::Vector3d area_vector(const Vertex& a, const Vertex& b, const Vertex& c) { return (b.p - a.p).cross(c.p - a.p); }
@@ -183,7 +117,27 @@ double Editor::fan_ratio(int v) const {
     return shortest2 > 0 ? std::sqrt(longest2 / shortest2) : std::numeric_limits<double>::infinity();
 }
 
+bool Editor::holds_now_and_then() {
+    constexpr int kSeldom = 256;
+    if (++unchecked_ < std::max(kSeldom, mesh_.num_triangles())) return true;
+    unchecked_ = 0;
+    return holds();
+}
+
+bool Editor::holds() const {
+    if (static_cast<int>(vertices_.size()) != mesh_.num_vertices() || !mesh_.check().empty()) return false;
+    for (int v = 0; v < mesh_.num_vertices(); ++v)
+        if (mesh_.is_live_vertex(v) && !is_sound(vertices_[v])) return false;
+    for (int h = 0; h < 3 * mesh_.num_triangles(); ++h) {
+        if (!mesh_.is_live_triangle(h / 3) || !is_frozen(h)) continue;
+        for (const int v : {mesh_.origin(h), mesh_.target(h)})
+            if (vertices_[v].bound != Bound::Fixed) return false;
+    }
+    return true;
+}
+
 void Editor::set_vertex(int v, const Vertex& x) {
+    GRADUS_ASSERT(v >= 0 && v < static_cast<int>(vertices_.size()) && is_sound(x));
     if (recording_) recording_->saved.emplace_back(v, vertices_[v]);
     vertices_[v] = x;
 }
@@ -388,6 +342,7 @@ bool Editor::flip(int h) {
     const Eigen::Vector3d both = area_vector(v, w, c) + area_vector(w, v, d);
     if (!legality.allows(v, d, c, both) || !legality.allows(d, w, c, both) || bridges(c, d)) return false;
     mesh_.flip(h);
+    GRADUS_ASSERT(holds_now_and_then());
     return true;
 }
 
@@ -432,8 +387,10 @@ bool Editor::collapse(int h, double longest_on_curve) {
     });
     if (!legal) return false;
     mesh_.for_each_outgoing(v, [&](int e) { legal = legal && !bridges(w, vertices_[mesh_.target(e)]); });
-    if (legal) mesh_.collapse(h);
-    return legal;
+    if (!legal) return false;
+    mesh_.collapse(h);
+    GRADUS_ASSERT(holds_now_and_then());
+    return true;
 }
 
 int Editor::split(int h) {
@@ -489,6 +446,7 @@ int Editor::split(int h) {
     if (v >= static_cast<int>(vertices_.size())) vertices_.resize(v + 1);
     stamp_.resize(mesh_.num_triangles(), 0);
     set_vertex(v, m);
+    GRADUS_ASSERT(holds_now_and_then());
     return v;
 }
 
@@ -579,6 +537,7 @@ void Editor::roll_back(Trial& trial) {
     recording_ = nullptr;
     for (auto i = trial.saved.rbegin(); i != trial.saved.rend(); ++i) vertices_[i->first] = i->second;
     mesh_.undo(trial.journal);
+    GRADUS_ASSERT(holds_now_and_then());
 }
 
 namespace {

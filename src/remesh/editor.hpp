@@ -5,6 +5,8 @@
 #include "gradus/mesh/connectivity.hpp"
 #include "gradus/remesh/support.hpp"
 
+#include "../assert.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -42,6 +44,14 @@ inline double agreement(const Vertex& v, const Eigen::Vector3d& n) {
     if (v.lean < kSharpest || cosine >= v.lean) return 1;
     const double lean = v.lean;
     return cosine * lean + std::sqrt(std::max(0.0, (1 - cosine * cosine) * (1 - lean * lean)));
+}
+
+// What every vertex of an editor has: for assertions.
+inline bool is_sound(const Vertex& v) {
+    constexpr double kUnit = 1e-6, kSameSize = 1e-12;
+    const bool placed = v.p.allFinite() && v.place.at.patch >= 0 && v.place.cell >= 0;
+    const bool sized = v.h > 0 && std::isfinite(v.h) && std::abs(v.g * v.g * v.g / (v.h * v.h) - 1) < kSameSize;
+    return placed && sized && std::abs(v.n.norm() - 1) < kUnit && v.lean >= kAnyNormal && v.lean <= 1 + kUnit;
 }
 
 inline void take_foot(Vertex& v, const Foot& foot) {
@@ -163,7 +173,9 @@ bool any_halfedge(const Connectivity& mesh, const std::vector<int>& halfedges, c
 class Editor {
   public:
     Editor(const Support& support, std::vector<Vertex> vertices, Connectivity mesh)
-        : support_(support), vertices_(std::move(vertices)), mesh_(std::move(mesh)), stamp_(mesh_.num_triangles(), 0) {}
+        : support_(support), vertices_(std::move(vertices)), mesh_(std::move(mesh)), stamp_(mesh_.num_triangles(), 0) {
+        GRADUS_ASSERT(holds());
+    }
 
     const Connectivity& mesh() const { return mesh_; }
     const Vertex& vertex(int v) const { return vertices_[v]; }
@@ -272,6 +284,9 @@ class Editor {
     void set_vertex(int v, const Vertex& x);
     void list_corners(int h, std::vector<int>& around) const;
     void add_ring(std::vector<int>& around) const;
+    // Whether all that operations rely on holds, asked now and then: looking costs as much as the operations since.
+    bool holds_now_and_then();
+    bool holds() const;
 
     const Support& support_;
     std::vector<Vertex> vertices_;
@@ -279,6 +294,7 @@ class Editor {
     std::vector<int> stamp_;
     int stamp_now_ = 0;
     long moves_ = 0;
+    int unchecked_ = 0;  // operations since that was looked at
     // What one operation and the moves after it changed; a second one may begin inside the first.
     struct Trial {
         Connectivity::Journal journal;

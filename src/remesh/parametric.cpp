@@ -1,9 +1,9 @@
 #include "gradus/remesh/parametric.hpp"
 
-#include "../control/patch_meshes.hpp"
 #include "editor.hpp"
 #include "gradus/remesh/curves.hpp"
 #include "optimise.hpp"
+#include "place_vertices.hpp"
 
 #include <tbb/global_control.h>
 
@@ -24,49 +24,6 @@ bool is_tip(const SurfaceModel& model, int pole) {
     for (const double t : {0.25, 0.5, 0.75, 1.0})
         if (model.normal(model.on_curve(pole, 0, t)).dot(first) < kCosine) return true;
     return false;
-}
-
-std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport& support, const ControlSpace& control,
-                                   const CutCurves& curves, const PatchMeshes& assembly) {
-    std::vector<Vertex> vertices(assembly.num_vertices());
-    const int corners = static_cast<int>(model.vertices().size());
-    std::vector<char> on_feature(corners, 0), on_crease(corners, 0);
-    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
-        const CurveKind kind = model.curves()[c].kind;
-        const bool several_normals = kind == CurveKind::Crease || (kind == CurveKind::Pole && is_tip(model, c));
-        for (const int end : model.curves()[c].ends) {
-            if (is_feature(kind) || kind == CurveKind::Pole) on_feature[end] = 1;
-            if (several_normals) on_crease[end] = 1;
-        }
-    }
-    for (int v = 0; v < corners; ++v) {
-        const SurfacePoint at = model.vertices()[v].places.front();
-        const bool fixed = on_feature[v] || model.vertices()[v].tip;
-        take_foot(vertices[v], support.foot({at, -1, 0, control.locate(at), fixed ? v : -1}));
-        vertices[v].bound = fixed ? Bound::Fixed : Bound::Free;
-        if (const auto junction = support.junction(v)) {
-            take_foot(vertices[v], support.foot(*junction));
-            vertices[v].bound = Bound::Curve;
-        }
-        if ((on_crease[v] || model.vertices()[v].tip) && vertices[v].bound == Bound::Fixed)
-            vertices[v].lean = kAnyNormal;
-    }
-    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
-        const bool feature = is_feature(model.curves()[c].kind);
-        for (int i = 1; i + 1 < static_cast<int>(curves.t[c].size()); ++i) {
-            const SurfacePoint at = model.on_curve(c, 0, curves.t[c][i]);
-            Vertex& v = vertices[curves.number(model, c, i)];
-            take_foot(v, support.foot({at, feature ? c : -1, curves.t[c][i], control.locate(at)}));
-            v.bound = feature ? Bound::Curve : Bound::Free;
-        }
-    }
-    for (int p = 0; p < model.num_patches(); ++p) {
-        const PatchMesh& mesh = assembly.patches()[p];
-        for (std::size_t i = 0; i < mesh.uv.size(); ++i)
-            if (mesh.number[i] >= curves.count)
-                take_foot(vertices[mesh.number[i]], support.foot({{p, mesh.uv[i]}, -1, 0, mesh.cell[i]}));
-    }
-    return vertices;
 }
 
 void tag_features(const SurfaceModel& model, const PatchSupport& support, const CutCurves& curves, Connectivity& mesh) {
@@ -151,6 +108,49 @@ SurfaceMesh export_mesh(const SurfaceModel& model, const Support& support, const
 }
 
 }  // namespace
+
+std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport& support, const ControlSpace& control,
+                                   const CutCurves& curves, const PatchMeshes& assembly) {
+    std::vector<Vertex> vertices(assembly.num_vertices());
+    const int corners = static_cast<int>(model.vertices().size());
+    std::vector<char> on_feature(corners, 0), on_crease(corners, 0);
+    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
+        const CurveKind kind = model.curves()[c].kind;
+        const bool several_normals = kind == CurveKind::Crease || (kind == CurveKind::Pole && is_tip(model, c));
+        for (const int end : model.curves()[c].ends) {
+            if (is_feature(kind) || kind == CurveKind::Pole) on_feature[end] = 1;
+            if (several_normals) on_crease[end] = 1;
+        }
+    }
+    for (int v = 0; v < corners; ++v) {
+        const SurfacePoint at = model.vertices()[v].places.front();
+        const bool fixed = on_feature[v] || model.vertices()[v].tip;
+        take_foot(vertices[v], support.foot({at, -1, 0, control.locate(at), fixed ? v : -1}));
+        vertices[v].bound = fixed ? Bound::Fixed : Bound::Free;
+        if (const auto junction = support.junction(v)) {
+            take_foot(vertices[v], support.foot(*junction));
+            vertices[v].bound = Bound::Curve;
+        }
+        if ((on_crease[v] || model.vertices()[v].tip) && vertices[v].bound == Bound::Fixed)
+            vertices[v].lean = kAnyNormal;
+    }
+    for (int c = 0; c < static_cast<int>(model.curves().size()); ++c) {
+        const bool feature = is_feature(model.curves()[c].kind);
+        for (int i = 1; i + 1 < static_cast<int>(curves.t[c].size()); ++i) {
+            const SurfacePoint at = model.on_curve(c, 0, curves.t[c][i]);
+            Vertex& v = vertices[curves.number(model, c, i)];
+            take_foot(v, support.foot({at, feature ? c : -1, curves.t[c][i], control.locate(at)}));
+            v.bound = feature ? Bound::Curve : Bound::Free;
+        }
+    }
+    for (int p = 0; p < model.num_patches(); ++p) {
+        const PatchMesh& mesh = assembly.patches()[p];
+        for (std::size_t i = 0; i < mesh.uv.size(); ++i)
+            if (mesh.number[i] >= curves.count)
+                take_foot(vertices[mesh.number[i]], support.foot({{p, mesh.uv[i]}, -1, 0, mesh.cell[i]}));
+    }
+    return vertices;
+}
 
 RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, const RemeshOptions& options) {
     RemeshResult result;

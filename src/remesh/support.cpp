@@ -1,5 +1,7 @@
 #include "gradus/remesh/support.hpp"
 
+#include "../assert.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -24,6 +26,7 @@ void between_sides(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Foot& foo
 }
 
 Foot PatchSupport::foot(Place place) const {
+    GRADUS_ASSERT(place.curve < 0 || (place.t >= 0 && place.t <= 1));
     Foot foot{place, model_.position(place.at), model_.normal(place.at), 0};
     foot.size = control_.size(foot.point, foot.place.cell);
     if (place.curve >= 0 && model_.curves()[place.curve].kind == CurveKind::Crease)

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "../assert.hpp"
 #include "../mesh/disjoint_sets.hpp"
 #include "border.hpp"
 #include "gradus/surface/unit_normal.hpp"
@@ -374,6 +375,7 @@ SurfaceModel::~SurfaceModel() = default;
 // -------------------------------------------------------------------------------------------------------------------
 
 SurfacePoint SurfaceModel::on_curve(int curve, int use, double t) const {
+    GRADUS_ASSERT(t >= 0 && t <= 1);
     const CurveUse& at = curves_[curve].uses[use];
     // Rounded so that 1 - t is exact, too: images that run in opposite directions are then evaluated at the same places
     // to the bit.

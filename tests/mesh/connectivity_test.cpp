@@ -1,8 +1,13 @@
 #include "gradus/mesh/connectivity.hpp"
 
+#include "gradus/quality/topology.hpp"
+#include "quality/meshes.hpp"
+
 #include <catch2/catch.hpp>
+#include <functional>
 #include <map>
 #include <random>
+#include <set>
 
 using namespace gradus;
 
@@ -137,4 +142,173 @@ TEST_CASE("a vertex of no triangle has no edges", "[mesh]") {
     CHECK(mesh.find_edge(0, 1) >= 0);
     CHECK(mesh.find_edge(3, 1) == Connectivity::kNone);
     CHECK(mesh.find_edge(4, 3) == Connectivity::kNone);
+}
+
+namespace {
+
+// The triangles of a complex, all different and none with a corner twice, and its topology; nothing where it is no
+// oriented manifold of triangles.
+std::optional<TopologyReport> topology_of(const std::vector<Triangle>& triangles, int num_vertices) {
+    std::set<std::set<int>> different;
+    for (const Triangle& t : triangles) {
+        const std::set<int> corners(t.begin(), t.end());
+        if (corners.size() < 3 || !different.insert(corners).second) return std::nullopt;
+    }
+    std::vector<Eigen::Vector3d> points;
+    for (int v = 0; v < num_vertices; ++v) points.push_back(Eigen::Vector3d(v, v * v, v * v * v));
+    const MeshView view{points, triangles};
+    const TopologyReport report = measure_topology(view, edges_of(view));
+    if (!report.oriented_manifold()) return std::nullopt;
+    return report;
+}
+
+// Whether the same surface is left where the origin of h is renamed to its target and the triangles at h are taken out.
+bool may_collapse(const Connectivity& mesh, int h) {
+    const int from = mesh.origin(h), to = mesh.target(h);
+    std::vector<Triangle> before, after;
+    for (int t = 0; t < mesh.num_triangles(); ++t) {
+        if (!mesh.is_live_triangle(t)) continue;
+        Triangle v = mesh.triangle(t);
+        before.push_back(v);
+        std::replace(v.begin(), v.end(), from, to);
+        if (t != h / 3 && (mesh.twin(h) < 0 || t != mesh.twin(h) / 3)) after.push_back(v);
+    }
+    const auto was = topology_of(before, mesh.num_vertices()), is = topology_of(after, mesh.num_vertices());
+    REQUIRE(was.has_value());
+    return is && is->vertices + 1 == was->vertices && is->euler == was->euler && is->components == was->components &&
+           is->boundary_loops == was->boundary_loops;
+}
+
+}  // namespace
+
+TEST_CASE("an edge may collapse where that leaves the same surface, and nowhere else", "[property]") {
+    using testing::Mesh;
+    const auto points = [](int n) { return std::vector<Eigen::Vector3d>(n, Eigen::Vector3d::Zero()); };
+    const std::vector<Mesh> meshes{
+        {points(3), {{0, 1, 2}}},
+        {points(4), {{0, 1, 2}, {1, 0, 3}}},
+        {points(4), {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}}},
+        {points(4), {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}}},
+        testing::octahedron(),
+        testing::square(3),
+        testing::annulus(3, 1),
+        testing::annulus(3, 2),
+        testing::annulus(5, 2),
+        testing::torus(3, 3),
+        testing::torus(5, 4),
+    };
+    int may = 0, may_not = 0;
+    std::mt19937 random(17);
+    for (std::size_t m = 0; m < meshes.size(); ++m) {
+        Connectivity mesh(static_cast<int>(meshes[m].points.size()), meshes[m].triangles);
+        // As it is, then after operations that leave vertices of many valences.
+        for (int round = 0; round < 12; ++round) {
+            for (int h = 0; h < 3 * mesh.num_triangles(); ++h) {
+                if (!mesh.is_live_triangle(h / 3)) continue;
+                CAPTURE(m, round, mesh.origin(h), mesh.target(h));
+                const bool expected = may_collapse(mesh, h);
+                CHECK(mesh.can_collapse(h) == expected);
+                ++(expected ? may : may_not);
+            }
+            for (int i = 0; i < 20; ++i) {
+                const int h = static_cast<int>(random() % (3 * mesh.num_triangles()));
+                if (!mesh.is_live_triangle(h / 3)) continue;
+                if (i % 3 == 0 && mesh.num_live_triangles() < 80)
+                    mesh.split(h);
+                else if (i % 3 == 1 && mesh.can_collapse(h))
+                    mesh.collapse(h);
+                else if (i % 3 == 2 && mesh.twin(h) >= 0 && mesh.find_edge(mesh.apex(h), mesh.apex(mesh.twin(h))) < 0 &&
+                         mesh.valence(mesh.origin(h)) > 3 && mesh.valence(mesh.target(h)) > 3)
+                    mesh.flip(h);
+            }
+        }
+    }
+    CHECK(may >= 2000);
+    CHECK(may_not >= 2000);
+}
+
+TEST_CASE("a broken connectivity is found, whatever is broken", "[exact]") {
+    // What is undone from a journal that was made up is whatever the journal says.
+    using Journal = Connectivity::Journal;
+    // A square of 18 triangles on vertices 0 to 15, a triangle apart on 16 17 18.
+    std::vector<Triangle> triangles = grid(3, false);
+    triangles.push_back({16, 17, 18});
+    const Connectivity sound(19, triangles);
+    const auto state = [&](int t) {
+        const Triangle v = sound.triangle(t);
+        return Journal::TriangleState{t,
+                                      v,
+                                      {sound.twin(3 * t), sound.twin(3 * t + 1), sound.twin(3 * t + 2)},
+                                      {sound.tag(3 * t), sound.tag(3 * t + 1), sound.tag(3 * t + 2)}};
+    };
+    const auto check_of = [&](Journal journal) {
+        Connectivity mesh = sound;
+        mesh.undo(journal);
+        return mesh.check();
+    };
+    const auto with_triangle = [&](int t, const std::function<void(Journal::TriangleState&)>& change) {
+        Journal journal;
+        journal.triangles.push_back(state(t));
+        change(journal.triangles.back());
+        return check_of(journal);
+    };
+    const auto with_vertex = [&](int v, int outgoing, int valence) {
+        Journal journal;
+        journal.vertices.push_back({v, outgoing, valence});
+        return check_of(journal);
+    };
+    using Catch::Contains;
+    REQUIRE(check_of({}) == "");
+    REQUIRE(with_triangle(8, [](auto&) {}) == "");
+    REQUIRE(with_vertex(5, sound.outgoing(5), sound.valence(5)) == "");
+
+    CHECK_THAT(with_triangle(8, [](auto& t) { t.origin[1] = 77; }), Contains("dead vertex"));
+    CHECK_THAT(with_triangle(8, [](auto& t) { t.origin[1] = -5; }), Contains("dead vertex"));
+    CHECK_THAT(with_triangle(8, [](auto& t) { t.origin[1] = -1; }), Contains("half a triangle"));
+    CHECK_THAT(with_triangle(8, [](auto& t) { t.origin[1] = t.origin[0]; }), Contains("twice the same vertex"));
+    CHECK_THAT(with_triangle(8, [](auto& t) { std::swap(t.origin[0], t.origin[1]); }), Contains("other ends"));
+    CHECK_THAT(with_triangle(8, [](auto& t) { t.twin[0] = 1000; }), Contains("dead twin"));
+    CHECK_THAT(with_triangle(8, [](auto& t) { t.twin[0] = -7; }), Contains("dead twin"));
+    CHECK_THAT(with_triangle(8, [](auto& t) { t.twin[0] = -1; }), Contains("twins disagree"));
+    CHECK_THAT(with_triangle(8, [](auto& t) { std::swap(t.twin[0], t.twin[1]); }), Contains("twins disagree"));
+    CHECK_THAT(with_triangle(8, [](auto& t) { t.tag[0] = 3; }), Contains("tags differ"));
+    CHECK_THAT(with_triangle(8, [](auto& t) { t.origin = {-1, -1, -1}; }), Contains("dead twin"));
+    CHECK_THAT(with_triangle(18, [](auto& t) { t.origin = {-1, -1, -1}, t.tag[0] = 3; }), Contains("remains"));
+    CHECK_THAT(with_triangle(18, [](auto& t) { t.origin = {-1, -1, -1}; }), Contains("outgoing"));
+    CHECK_THAT(with_vertex(5, sound.outgoing(6), sound.valence(5)), Contains("outgoing"));
+    CHECK_THAT(with_vertex(5, 1000, sound.valence(5)), Contains("outgoing"));
+    CHECK_THAT(with_vertex(5, -2, sound.valence(5)), Contains("outgoing"));
+    CHECK_THAT(with_vertex(5, sound.outgoing(5), sound.valence(5) + 1), Contains("valence of vertex 5"));
+    CHECK_THAT(with_vertex(5, -1, 0), Contains("dead vertex"));
+    // The fan of a vertex on the boundary begins there.
+    REQUIRE(sound.is_boundary_vertex(1));
+    CHECK_THAT(with_vertex(1, sound.rotate(sound.outgoing(1)), sound.valence(1)), Contains("fan of vertex 1"));
+
+    const auto with_free = [&](std::vector<Journal::Recycling> of_triangles,
+                               std::vector<Journal::Recycling> of_vertices) {
+        Journal journal;
+        // The triangle apart is removed.
+        journal.triangles.push_back({18, {-1, -1, -1}, {-1, -1, -1}, {-1, -1, -1}});
+        for (const int v : {16, 17, 18}) journal.vertices.push_back({v, -1, 0});
+        journal.recycled_triangles = std::move(of_triangles);
+        journal.recycled_vertices = std::move(of_vertices);
+        return check_of(journal);
+    };
+    CHECK(with_free({{18, false}}, {{16, false}}) == "");
+    CHECK_THAT(with_free({}, {}), Contains("removed and not free"));
+    CHECK_THAT(with_free({{4, false}, {18, false}}, {}), Contains("free triangle 4 is alive"));
+    CHECK_THAT(with_free({{18, false}, {18, false}}, {}), Contains("listed twice"));
+    CHECK_THAT(with_free({{18, false}, {99, false}}, {}), Contains("out of range"));
+    CHECK_THAT(with_free({{18, false}}, {{3, false}}), Contains("free vertex 3 is alive"));
+
+    // Two triangles glued along two of their sides only: the third ones are two edges between the same vertices.
+    Connectivity pillow(3, std::vector<Triangle>{{0, 1, 2}, {1, 0, 2}});
+    REQUIRE(pillow.check() == "");
+    Journal open;
+    open.triangles.push_back({0, {0, 1, 2}, {-1, 5, 4}, {-1, -1, -1}});
+    open.triangles.push_back({1, {1, 0, 2}, {-1, 2, 1}, {-1, -1, -1}});
+    open.vertices.push_back({0, 0, 3});
+    open.vertices.push_back({1, 3, 3});
+    pillow.undo(open);
+    CHECK_THAT(pillow.check(), Contains("two edges to the same neighbour of vertex 0"));
 }

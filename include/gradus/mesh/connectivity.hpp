@@ -102,17 +102,23 @@ class Connectivity {
         struct VertexState {
             int vertex, outgoing, valence;
         };
+        struct Recycling {
+            int number;
+            bool freed;  ///< else allocated
+        };
         std::vector<TriangleState> triangles;
         std::vector<VertexState> vertices;
-        std::vector<int> allocated_triangles, freed_triangles, allocated_vertices, freed_vertices;
+        std::vector<Recycling> recycled_triangles, recycled_vertices;  ///< in the order of events
         void clear();
     };
     /// Records into `journal` (may be null to stop recording).
     void record(Journal* journal) { journal_ = journal; }
-    /// Restores the state at the time recording began; recording stops.
+    /// Restores the state at the time recording began; recording stops. Numbers that were new then are free now, and
+    /// are given out again in the same order. @pre what was done since is in this journal, or undone
     void undo(Journal& journal);
 
-    /// The invariants of this class, for tests. @returns an empty string or the first fault found
+    /// The invariants of this class, for tests and assertions, whatever state it is in. @returns an empty string or the
+    /// first fault found
     std::string check() const;
 
   private:
