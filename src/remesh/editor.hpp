@@ -49,7 +49,7 @@ inline double agreement(const Vertex& v, const Eigen::Vector3d& n) {
 // What every vertex of an editor has: for assertions.
 inline bool is_sound(const Vertex& v) {
     constexpr double kUnit = 1e-6, kSameSize = 1e-12;
-    const bool placed = v.p.allFinite() && v.place.at.patch >= 0 && v.place.cell >= 0;
+    const bool placed = v.p.allFinite() && v.place.cell >= 0;
     const bool sized = v.h > 0 && std::isfinite(v.h) && std::abs(v.g * v.g * v.g / (v.h * v.h) - 1) < kSameSize;
     return placed && sized && std::abs(v.n.norm() - 1) < kUnit && v.lean >= kAnyNormal && v.lean <= 1 + kUnit;
 }

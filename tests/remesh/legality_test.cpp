@@ -69,6 +69,8 @@ TEST_CASE("An edge flips inside its two triangles, and no boundary or feature do
     Editor editor = square_editor(support, 4);
     const TopologyReport before = topology_of(editor);
     CHECK_FALSE(editor.can_flip(between(editor, 1, 2)));
+    const Editor untagged = editor_of(support, square(4));
+    CHECK_FALSE(untagged.can_flip(between(untagged, 1, 2)));
     const int diagonal = between(editor, 6, 12);
     REQUIRE(editor.can_flip(diagonal));
     REQUIRE(editor.flip(diagonal));
