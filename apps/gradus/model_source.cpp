@@ -55,7 +55,6 @@ Map ModelSource::map_by_rule(const MeshRequest& request, const SurfaceModel& mod
     SizingRule rule = *map.rule;
     if (choice_.sizing.chord_error) {
         if (!choice_.sizing.hmin) rule.hmin *= kFinestSize;
-        rule.hmin_by_part = false;
         rule = rule_within(*choice_.sizing.chord_error, rule);
     }
     map.hmin = rule.hmin;

@@ -24,9 +24,7 @@ struct Branch {
 class Finder {
   public:
     Finder(const Triangulation& surface, const SizingRule& rule)
-        : surface_(surface), rule_(rule), points_(surface.soup().points) {
-        rule_.hmin_by_part = false;
-    }
+        : surface_(surface), rule_(rule), points_(surface.soup().points) {}
 
     std::vector<std::array<int, 2>> run() {
         const std::vector<FeatureChain>& chains = surface_.features().chains;
@@ -108,7 +106,7 @@ class Finder {
     }
 
     const Triangulation& surface_;
-    SizingRule rule_;  // with its hmin everywhere
+    const SizingRule& rule_;
     const std::vector<Vector3d>& points_;
     std::vector<std::array<int, 2>> dropped_;
 };

@@ -71,9 +71,7 @@ double size_from_radius(const SizingRule& rule, double rho) {
             break;
     }
     if (rule.most_turn < std::numbers::pi) h = std::min(h, 2 * rho * std::sin(rule.most_turn / 2));
-    // A default hmin gives way to circles that have no room for elements of it.
-    const double hmin = rule.hmin_by_part ? std::clamp(2 * rho, kFinestSize * rule.hmin, rule.hmin) : rule.hmin;
-    return std::clamp(h, hmin, rule.hmax);
+    return std::clamp(h, rule.hmin, rule.hmax);
 }
 
 std::size_t nearest_point(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& to) {

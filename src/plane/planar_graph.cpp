@@ -166,9 +166,9 @@ class Refinement {
         for (const planar::RimEdge& e : cavity_.rim) next2 = std::min(next2, (points_[e.a] - p).squaredNorm());
         return std::any_of(cavity_.rim.begin(), cavity_.rim.end(), [&](const planar::RimEdge& e) {
             if (!e.fixed) return false;
-            const Eigen::Vector2d along = (points_[e.b] - points_[e.a]).normalized(), to = p - points_[e.a];
-            const double height = along.x() * to.y() - along.y() * to.x();
-            return 4 * height * height < next2;
+            const Eigen::Vector2d segment = points_[e.b] - points_[e.a], to = p - points_[e.a];
+            const double along = to.dot(segment), length2 = segment.squaredNorm();
+            return along > 0 && along < length2 && 4 * (to - along / length2 * segment).squaredNorm() < next2;
         });
     }
 

@@ -32,7 +32,8 @@ constexpr double kNearCorners = 0.55;
 constexpr double kNearCurves = 0.5;
 constexpr double kNarrowLoop = 3 * kNearCorners;
 constexpr double kJumpInTriangle = 2;
-constexpr int kFewest = 4;  // triangles around a vertex: three make a point of any round
+constexpr int kFewest = 4;         // triangles around a vertex: three make a point of any round
+constexpr double kSharpTurn = 60;  // degrees from a triangle to the next: six of them make a round
 
 double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
     const Vector3d ab = b - a;
@@ -41,7 +42,9 @@ double distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d&
 }
 
 // Smaller is graver.
-double gravity(const OffenderCause& cause) { return cause.kind == Kind::SizeJump ? -cause.value : cause.value; }
+double gravity(const OffenderCause& cause) {
+    return cause.kind == Kind::SizeJump || cause.kind == Kind::SharpTurn ? -cause.value : cause.value;
+}
 
 // The mesh with its features: says of a triangle what leaves it no room.
 class Causes {
@@ -122,6 +125,23 @@ class Causes {
         for (const int corner : v) tight_.push_back({points_[corner], (1 - cause.value / 3) * size, cause});
     }
 
+    // Edges around a vertex, off the features, where the surface turns by more than elements can follow.
+    void heed_sharp_turns(int v, OffenderCause& cause) const {
+        const auto normal = [&](int t) {
+            const Triangle c = mesh_.triangle(t);
+            return Vector3d((points_[c[1]] - points_[c[0]]).cross(points_[c[2]] - points_[c[0]]));
+        };
+        mesh_.for_each_outgoing(v, [&](int h) {
+            for (const int edge : {h, Connectivity::next(h)}) {
+                const int g = mesh_.twin(edge);
+                if (g < 0 || mesh_.tag(edge) >= 0) continue;
+                const Vector3d a = normal(edge / 3), b = normal(g / 3);
+                const double turn = kDegrees * std::atan2(a.cross(b).norm(), a.dot(b));
+                if (turn > kSharpTurn) take_graver(cause, {Kind::SharpTurn, turn, {-1, -1}});
+            }
+        });
+    }
+
     // In either direction, or -1: one of a boundary has one only.
     int edge_between(int a, int b) const {
         const int h = mesh_.find_edge(a, b);
@@ -133,6 +153,8 @@ class Causes {
         for (const Tight& tight : tight_)
             for (const int v : vertices)
                 if ((points_[v] - tight.point).norm() <= tight.reach) take_graver(cause, tight.cause);
+        if (cause.kind == Kind::None)
+            for (const int v : vertices) heed_sharp_turns(v, cause);
         return cause;
     }
 
@@ -370,6 +392,8 @@ std::string name_of(OffenderCause::Kind kind) {
             return "narrow_loop";
         case Kind::SizeJump:
             return "size_jump";
+        case Kind::SharpTurn:
+            return "sharp_turn";
     }
     return "";
 }
@@ -393,6 +417,9 @@ std::string to_text(const OffenderCause& cause) {
             return fmt::format("tube, hole or patch {:.2g} sizes around: three edges", cause.value);
         case Kind::SizeJump:
             return fmt::format("sizes of neighbours in a ratio of {:.2g}", cause.value);
+        case Kind::SharpTurn:
+            return fmt::format("the surface turns by {:.0f} degrees between elements: it is finer than they are",
+                               cause.value);
     }
     return "";
 }
@@ -450,8 +477,9 @@ OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& optio
     std::vector<const Gathered*> sorted;
     for (const auto& [key, gathered] : groups) sorted.push_back(&gathered);
     std::stable_sort(sorted.begin(), sorted.end(), [](const Gathered* a, const Gathered* b) {
-        return std::pair(a->group.cause.kind != Kind::None, a->worst) <
-               std::pair(b->group.cause.kind != Kind::None, b->worst);
+        // What smaller elements may mend comes first.
+        const auto rank = [](Kind kind) { return std::pair(kind != Kind::None, kind != Kind::SharpTurn); };
+        return std::pair(rank(a->group.cause.kind), a->worst) < std::pair(rank(b->group.cause.kind), b->worst);
     });
     report.num_groups = sorted.size();
     for (std::size_t i = 0; i < std::min(sorted.size(), options.most); ++i) report.groups.push_back(sorted[i]->group);

@@ -598,10 +598,14 @@ BadPlaces bad_places(const SurfaceMesh& mesh) {
     const OffenderOptions options{
         .sizes = mesh.sizes, .features = &features, .required = &mesh.required, .most = kMostBadPlaces + 1};
     const OffenderReport report = find_offenders({mesh.points, mesh.triangles}, options);
-    BadPlaces places{
-        {}, report.unexplained_quality.count + report.unexplained_angle.count + report.unexplained_edge_ratio.count};
-    for (const OffenderGroup& group : report.groups)
-        if (group.cause.kind == OffenderCause::Kind::None) places.points.push_back(group.point);
+    BadPlaces places;
+    for (const OffenderGroup& group : report.groups) {
+        // Where the surface turns sharply smaller elements may follow it.
+        if (group.cause.kind != OffenderCause::Kind::None && group.cause.kind != OffenderCause::Kind::SharpTurn)
+            continue;
+        places.points.push_back(group.point);
+        places.elements += group.quality.count + group.angle.count + group.edge_ratio.count;
+    }
     if (places.points.size() > kMostBadPlaces) places.points.clear();
     return places;
 }

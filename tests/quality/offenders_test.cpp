@@ -267,6 +267,40 @@ TEST_CASE("sizes that jump are a cause", "[quality]") {
     CHECK_THROWS_AS(find_offenders(view(soup), {.sizes = std::span(sizes).first(3)}), std::invalid_argument);
 }
 
+TEST_CASE("the edge of a plate that is thinner than the elements is a cause", "[quality]") {
+    // A closed sheet: two layers .002 apart with steps of .1, their rim a row of quadrilaterals.
+    constexpr int n = 10;
+    TriangleSoup soup;
+    const auto at = [](int i, int j, int side) { return 2 * (i * (n + 1) + j) + side; };
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; j <= n; ++j)
+            for (const int side : {0, 1}) soup.points.emplace_back(0.1 * i, 0.1 * j, side == 0 ? -0.001 : 0.001);
+    const auto add = [&](int a, int b, int c, int d) {
+        soup.triangles.push_back({a, b, c});
+        soup.triangles.push_back({a, c, d});
+    };
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            add(at(i, j, 1), at(i + 1, j, 1), at(i + 1, j + 1, 1), at(i, j + 1, 1));
+            add(at(i, j, 0), at(i, j + 1, 0), at(i + 1, j + 1, 0), at(i + 1, j, 0));
+        }
+    // The rim leans out, so that the surface turns by more than 90 degrees there.
+    for (int k = 0; k < n; ++k) {
+        add(at(k, 0, 0), at(k + 1, 0, 0), at(k + 1, 0, 1), at(k, 0, 1));
+        add(at(k + 1, n, 0), at(k, n, 0), at(k, n, 1), at(k + 1, n, 1));
+        add(at(0, k + 1, 0), at(0, k, 0), at(0, k, 1), at(0, k + 1, 1));
+        add(at(n, k, 0), at(n, k + 1, 0), at(n, k + 1, 1), at(n, k, 1));
+    }
+    for (std::size_t v = 0; v < soup.points.size(); v += 2) soup.points[v].x() *= 1.01;
+    const KnownFeatures none;
+    const std::vector<double> sizes(soup.points.size(), 0.1);
+    const OffenderReport report = find_offenders(view(soup), {.sizes = sizes, .features = &none});
+    check_sums(soup, report);
+    CHECK(report.quality.count >= 8 * n);
+    const auto is_turn = [](const OffenderGroup& g) { return g.cause.kind == Kind::SharpTurn && g.cause.value > 90; };
+    CHECK(std::any_of(report.groups.begin(), report.groups.end(), is_turn));
+}
+
 TEST_CASE("offenders of what is no manifold are found, their causes are not", "[quality]") {
     TriangleSoup soup = sector(10, 3);
     std::swap(soup.triangles[2][0], soup.triangles[2][1]);

@@ -475,8 +475,11 @@ class Retrying : public Unyielding {
 };
 
 std::size_t short_of_limits(const MeshReport& report) {
-    const OffenderReport& o = report.offenders;
-    return o.unexplained_quality.count + o.unexplained_angle.count + o.unexplained_edge_ratio.count;
+    std::size_t count = 0;
+    for (const OffenderGroup& group : report.offenders.groups)
+        if (group.cause.kind == OffenderCause::Kind::None || group.cause.kind == OffenderCause::Kind::SharpTurn)
+            count += group.quality.count + group.angle.count + group.edge_ratio.count;
+    return count;
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ TEST_CASE("regular patches are bicubic B-splines, their derivatives those of dif
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(0.1, 0.9);
     constexpr double kStep = 1e-4;
-    for (const auto& [patch, loops] : surface.topology.patches) {
+    for (const auto& [patch, loops, named] : surface.topology.patches) {
         const Vector2d uv(uniform(random), uniform(random)), du(kStep, 0), dv(0, kStep);
         const Jet2 jet = patch->jet2(uv);
         CHECK((jet.duu - (patch->jet1(uv + du).du - patch->jet1(uv - du).du) / (2 * kStep)).norm() <

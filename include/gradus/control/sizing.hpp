@@ -40,12 +40,10 @@ struct SizingRule {
     };
     std::vector<At> at = {};
 
-    /// hmin, or hmax, is a default for the whole surface. On patches hmin gives way to diameters of curvature below it.
-    /// On triangulations connected parts have theirs in proportion to their diagonals, and clearances lead down to
-    /// kFinestSize of hmin.
-    bool hmin_by_part = false, hmax_by_part = false;
-
     // -- On triangulations only, see control/clearance.hpp --
+    /// hmin, or hmax, is a default for the whole surface: connected parts have theirs in proportion to their diagonals,
+    /// and clearances lead down to kFinestSize of hmin.
+    bool hmin_by_part = false, hmax_by_part = false;
     /// Largest size over the distance between features that face each other, and on curves between corners over their
     /// length; 0: unbounded. A row of triangles between two lines has area-length .97 where its edges along them
     /// are 1.5 times the distance, .87 at twice, .53 at four times.
@@ -64,8 +62,7 @@ struct SizingRule {
 /// @throws std::invalid_argument naming the value that is out of range
 void check(const SizingRule& rule);
 
-/// Size for a minimal radius rho >= 0 (may be infinite), clamped. With `hmin_by_part` down to 2 rho where that is below
-/// hmin, and to kFinestSize of hmin.
+/// Size for a minimal radius rho >= 0 (may be infinite), clamped.
 double size_from_radius(const SizingRule& rule, double rho);
 
 /// The index of the point nearest to another one, the first of several. @pre not empty

@@ -27,7 +27,9 @@ struct OffenderCause {
         /// three edges once around a tube, a hole or a patch of the surface that is narrower than elements; value:
         /// their length over the size there. Also of elements nearer to them than the size less a third of that length
         NarrowLoop,
-        SizeJump  ///< sizes of neighbours; value: their ratio
+        SizeJump,   ///< sizes of neighbours; value: their ratio
+        SharpTurn,  ///< an edge beside it where the surface turns by more than 60 degrees, though no feature: edges of
+                    ///< plates and tips that are finer than hmin; value: degrees
     };
     Kind kind = Kind::None;
     double value = 0;
@@ -37,7 +39,8 @@ struct OffenderCause {
 /// "none found", "frozen element", "sharp point: 80 degrees all around", "narrow corner of the features: 14 degrees",
 /// "two corners 0.3 sizes apart" ...
 std::string to_text(const OffenderCause& cause);
-/// "none", "frozen", "sharp_point", "narrow_corner", "near_corners", "near_curves", "narrow_loop", "size_jump"
+/// "none", "frozen", "sharp_point", "narrow_corner", "near_corners", "near_curves", "narrow_loop", "size_jump",
+/// "sharp_turn"
 std::string name_of(OffenderCause::Kind kind);
 
 /// How many elements are beyond a limit, and the value that is farthest beyond it.
@@ -67,7 +70,7 @@ struct OffenderReport {
     Shortfall unexplained_quality, unexplained_angle, unexplained_edge_ratio;  ///< those without a cause
     std::size_t num_groups = 0;
     std::vector<OffenderGroup>
-        groups;  ///< those without a cause first, then by the worst quality; no more than asked for
+        groups;  ///< those without a cause first, then sharp turns, then by the worst quality; no more than asked for
 };
 
 struct OffenderOptions {
@@ -81,7 +84,7 @@ struct OffenderOptions {
 /// Curves and corners are those of the mesh: known edges, boundaries and borders of known labels, cut where they meet
 /// or turn. A cause holds where it leaves too little room: corners narrower than the angle, corners or curves nearer
 /// than about half a size, loops of three edges that are about as short, sizes that differ by more than the edge ratio
-/// around a vertex, by 2 in a triangle.
+/// around a vertex, by 2 in a triangle, or where the surface turns as it does between elements of no round.
 /// @throws std::invalid_argument as edges_of does, and for sizes that are not one per vertex
 OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& options = {});
 
