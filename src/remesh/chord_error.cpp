@@ -13,6 +13,7 @@
 #include <string>
 #include <utility>
 
+#include "curve_deviation.hpp"
 #include "gradus/gradation/gradient.hpp"
 #include "gradus/gradation/hold.hpp"
 
@@ -67,6 +68,16 @@ MeshView view_of(const SurfaceMesh& mesh) { return {mesh.points, mesh.triangles}
 
 ReferenceView reference_of(const Triangulation& surface) {
     return {{surface.soup().points, surface.soup().triangles}, surface.mesh()};
+}
+
+// What holds of curves and edges, both ways.
+void include(const OneSidedDistance& curves, Deviation& deviation) {
+    for (OneSidedDistance* side : {&deviation.from_reference, &deviation.from_mesh}) {
+        side->bound = std::max(side->bound, curves.bound);
+        if (curves.largest <= side->largest) continue;
+        side->largest = curves.largest;
+        side->point = curves.point;
+    }
 }
 
 // Counts the rounds in which something was done at each place, a cube of some width.
@@ -134,6 +145,7 @@ class ChordErrorCheck : public MeshChecks {
         if (options_.on_check) options_.on_check(mesh);
         if (!has_limit()) return {};
         proved_ = proof().prove(view_of(mesh), triangles_under(mesh.places));
+        if (surface_.soup().dimension == 2) hold_curves(mesh);
         made_.deviation = proved_.deviation;
         made_.kept = proved_.deviation.bound() <= chord_error_;
         made_.faults.clear();
@@ -196,6 +208,14 @@ class ChordErrorCheck : public MeshChecks {
     }
 
   private:
+    // In the plane the surfaces are the same but for their outlines, so curves are held against curves.
+    void hold_curves(const SurfaceMesh& mesh) {
+        if (!curves_) curves_.emplace(surface_);
+        const OneSidedDistance found = curves_->measure(mesh, chord_error_);
+        include(found, proved_.deviation);
+        proved_.at_fault.insert(proved_.at_fault.end(), found.beyond.begin(), found.beyond.end());
+    }
+
     Vector3d closest_on_surface(const TooFar& f) const {
         const auto& points = surface_.soup().points;
         const Triangle& t = surface_.soup().triangles[f.nearest];
@@ -320,6 +340,7 @@ class ChordErrorCheck : public MeshChecks {
     ChordErrorResult& made_;
     std::unique_ptr<const ControlSpace>& control_;
     std::optional<DeviationProof> proof_;
+    std::optional<CurveDeviation> curves_;
     ContactFinder contacts_;
     ProvedDeviation proved_;  // of the last mesh
     Progress progress_;
@@ -384,7 +405,10 @@ ChordErrorResult remesh_within(const Triangulation& surface, TriangulationBackgr
 }
 
 Deviation measure_deviation(const Triangulation& surface, const SurfaceMesh& mesh) {
-    return measure_deviation(reference_of(surface), view_of(mesh), triangles_under(mesh.places));
+    Deviation deviation = measure_deviation(reference_of(surface), view_of(mesh), triangles_under(mesh.places));
+    if (surface.soup().dimension == 2)
+        include(CurveDeviation(surface).measure(mesh, std::numeric_limits<double>::infinity()), deviation);
+    return deviation;
 }
 
 }  // namespace gradus

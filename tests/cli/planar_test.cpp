@@ -2,11 +2,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
 
 #include "gradus/io/input_file.hpp"
 #include "gradus/io/mesh_files.hpp"
+#include "gradus/mesh/closest.hpp"
 #include "gradus/mesh/diagnose.hpp"
 #include "gradus/quality/shape.hpp"
 #include "support/files.hpp"
@@ -162,6 +164,52 @@ TEST_CASE("corners stay, however short the segments beside them are", "[cli][reg
     CHECK(std::any_of(mesh.points.begin(), mesh.points.end(), is_tip));
     CHECK(mesh.triangles.size() < 800);  // with a growth of 1.5 from the foil 520 to 680 are ideal
     CHECK(shape_of(mesh).area_length.min > 0.8);
+}
+
+namespace {
+
+// How far samples of the edges of one label are from those of another mesh.
+double off_lines(const TriangleSoup& from, const TriangleSoup& to, int label) {
+    double farthest = 0;
+    for (std::size_t e = 0; e < from.edges.size(); ++e) {
+        if (from.edge_labels[e] != label) continue;
+        for (int k = 0; k <= 10; ++k) {
+            const Eigen::Vector3d &a = from.points[from.edges[e][0]], &b = from.points[from.edges[e][1]],
+                                  p = a + k / 10.0 * (b - a);
+            double nearest = std::numeric_limits<double>::infinity();
+            for (std::size_t f = 0; f < to.edges.size(); ++f) {
+                if (to.edge_labels[f] != label) continue;
+                const Eigen::Vector3d &c = to.points[to.edges[f][0]], &d = to.points[to.edges[f][1]];
+                nearest = std::min(nearest, (closest_point(p, c, d, d) - p).norm());
+            }
+            farthest = std::max(farthest, nearest);
+        }
+    }
+    return farthest;
+}
+
+}  // namespace
+
+TEST_CASE("a chord error holds of outlines and of lines inside, both ways", "[cli]") {
+    const TemporaryFolder folder;
+    Drawing drawing = square(2);
+    drawing.add_circle(1, 1, 0.5, 25, 5);
+    support::spill(folder / "in.poly", drawing.poly("0\n1\n0 0.1 0.1 3\n"));
+    const TriangleSoup input = read_mesh(folder / "in.poly");
+    for (const char* error : {"0.01", "0.002"}) {
+        CAPTURE(error);
+        const Outcome outcome = run(folder, std::string("remesh in.poly -o out.mesh --chord-error ") + error);
+        REQUIRE(outcome.code == 0);
+        const TriangleSoup mesh = read_mesh(folder / "out.mesh");
+        CHECK(off_lines(input, mesh, 5) <= std::stod(error));
+        CHECK(off_lines(mesh, input, 5) <= std::stod(error));
+    }
+    // Without one the distance that is told is of the lines too.
+    const Outcome outcome = run(folder, "remesh in.poly -o out.mesh --hmin 0.5 --hmax 0.5 --json");
+    REQUIRE(outcome.code == 0);
+    const double off = off_lines(input, read_mesh(folder / "out.mesh"), 5);
+    CHECK(off > 0.01);
+    CHECK(nlohmann::json::parse(outcome.out)["distance"]["from_input"]["bound"].get<double>() >= off);
 }
 
 TEST_CASE("regions and holes may meet in a point", "[cli][regression]") {
