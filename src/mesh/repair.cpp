@@ -793,17 +793,18 @@ void stay_at_required(const RequiredElements& required, const std::vector<Triang
         if (p != kNone && moved[p] != kNone) p = moved[p];
 }
 
-Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, bool parts_may_touch) {
+void check_arguments(const TriangleSoup& soup, const RepairOptions& options) {
     if (!(options.weld_tolerance >= 0 && options.weld_tolerance <= 0.1))
         throw std::invalid_argument("repair: weld tolerance " + std::to_string(options.weld_tolerance) +
                                     " is not in [0, 0.1]");
     if (!soup.labels.empty() && soup.labels.size() != soup.triangles.size())
         throw std::invalid_argument("repair: " + std::to_string(soup.labels.size()) + " labels for " +
                                     std::to_string(soup.triangles.size()) + " triangles");
-    Log log;
-    std::vector<Piece> pieces = usable_triangles(soup, log);
-    const std::vector<char> used = used_vertices(pieces, soup.points.size());
-    const Points unit = to_unit_box(soup.points, used);
+}
+
+// Of each vertex the one it is welded to.
+std::vector<int> welded_places(const TriangleSoup& soup, const RepairOptions& options, const std::vector<char>& used,
+                               const Points& unit) {
     std::vector<int> place;
     if (options.weld_tolerance == 0)
         place = equal_places(soup.points, used);
@@ -812,6 +813,33 @@ Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, boo
     else
         place = close_places(unit, used, options.weld_tolerance);
     stay_at_required(soup.required, soup.triangles, place);
+    return place;
+}
+
+// The triangles of the pieces, turned as their sheets are.
+void add_triangles(const TriangleSoup& soup, std::span<const Piece> pieces, const Vertices& vertices,
+                   const Sheets& sheets, Repaired& result, Log& log) {
+    int last_turned = kNone;
+    for (int i = 0; i < static_cast<int>(pieces.size()); ++i) {
+        Triangle triangle{vertices.of_corner[3 * i], vertices.of_corner[3 * i + 1], vertices.of_corner[3 * i + 2]};
+        if (sheets.turned[i]) {
+            std::swap(triangle[1], triangle[2]);
+            if (std::exchange(last_turned, pieces[i].source) != pieces[i].source)
+                log.add(RepairKind::TurnedTriangles, {pieces[i].source});
+        }
+        result.soup.triangles.push_back(triangle);
+        result.triangle_source.push_back(pieces[i].source);
+        if (!soup.labels.empty()) result.soup.labels.push_back(soup.labels[pieces[i].source]);
+    }
+}
+
+Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, bool parts_may_touch) {
+    check_arguments(soup, options);
+    Log log;
+    std::vector<Piece> pieces = usable_triangles(soup, log);
+    const std::vector<char> used = used_vertices(pieces, soup.points.size());
+    const Points unit = to_unit_box(soup.points, used);
+    std::vector<int> place = welded_places(soup, options, used, unit);
     for (Piece& piece : pieces)
         for (int& corner : piece.places) corner = place[corner];
     drop_repeated(pieces, log);
@@ -852,18 +880,7 @@ Repaired repair_once(const TriangleSoup& soup, const RepairOptions& options, boo
         const Eigen::Vector3d &own = soup.points[v], &common = soup.points[place[v]];
         result.soup.points.push_back(own == common ? own : common);
     }
-    int last_turned = kNone;
-    for (int i = 0; i < static_cast<int>(pieces.size()); ++i) {
-        Triangle triangle{vertices.of_corner[3 * i], vertices.of_corner[3 * i + 1], vertices.of_corner[3 * i + 2]};
-        if (sheets.turned[i]) {
-            std::swap(triangle[1], triangle[2]);
-            if (std::exchange(last_turned, pieces[i].source) != pieces[i].source)
-                log.add(RepairKind::TurnedTriangles, {pieces[i].source});
-        }
-        result.soup.triangles.push_back(triangle);
-        result.triangle_source.push_back(pieces[i].source);
-        if (!soup.labels.empty()) result.soup.labels.push_back(soup.labels[pieces[i].source]);
-    }
+    add_triangles(soup, pieces, vertices, sheets, result, log);
     Followers(soup, pieces, place, vertices, images, splits, log).follow(result.soup);
     result.steps = log.steps();
     return result;

@@ -409,27 +409,39 @@ const ClosestTriangle& DistanceTarget::tree() const {
     return *tree_->tree;
 }
 
+namespace {
+
+// Triangles that need a search: not those that are proved to keep the limit from what is known to be near them.
+// @param bound  the largest distance of those
+std::vector<char> open_triangles(const DistanceSearch& search, const MeshView& from, const OneSidedOptions& options,
+                                 double& bound) {
+    const auto num_triangles = static_cast<int>(from.triangles.size());
+    std::vector<char> open(num_triangles, 1);
+    for (int t = 0; t < std::ssize(options.skip); ++t) open[t] = !options.skip[t];
+    if (!(options.limit > 0) || options.near.empty()) return open;
+    const auto keep = [&](const tbb::blocked_range<int>& range, double largest) {
+        Witnesses unused;
+        for (int t = range.begin(); t < range.end(); ++t) {
+            const auto& [a, b, c] = from.triangles[t];
+            if (!open[t] || options.near[a] < 0) continue;
+            Witnesses& witnesses = options.witnesses.empty() ? unused : options.witnesses[t];
+            open[t] = !search.keeps_limit(from.points[a], from.points[b], from.points[c], options.near[a], largest,
+                                          witnesses);
+        }
+        return largest;
+    };
+    bound = tbb::parallel_reduce(tbb::blocked_range<int>(0, num_triangles, 256), 0.0, keep,
+                                 [](double x, double y) { return std::max(x, y); });
+    return open;
+}
+
+}  // namespace
+
 OneSidedDistance DistanceTarget::measure_from(const MeshView& from, const OneSidedOptions& options) const {
     DistanceSearch search(*this, options);
     const auto num_triangles = static_cast<int>(from.triangles.size());
     OneSidedDistance result;
-    std::vector<char> open(num_triangles, 1);  // triangles that need a search
-    for (int t = 0; t < std::ssize(options.skip); ++t) open[t] = !options.skip[t];
-    if (options.limit > 0 && !options.near.empty()) {
-        const auto keep = [&](const tbb::blocked_range<int>& range, double bound) {
-            Witnesses unused;
-            for (int t = range.begin(); t < range.end(); ++t) {
-                const auto& [a, b, c] = from.triangles[t];
-                if (!open[t] || options.near[a] < 0) continue;
-                Witnesses& witnesses = options.witnesses.empty() ? unused : options.witnesses[t];
-                open[t] = !search.keeps_limit(from.points[a], from.points[b], from.points[c], options.near[a], bound,
-                                              witnesses);
-            }
-            return bound;
-        };
-        result.bound = tbb::parallel_reduce(tbb::blocked_range<int>(0, num_triangles, 256), 0.0, keep,
-                                            [](double x, double y) { return std::max(x, y); });
-    }
+    const std::vector<char> open = open_triangles(search, from, options, result.bound);
     // The others and their vertices, which are few where most are known to be near, have room for more.
     std::vector<int> triangles, vertices, corner_of(from.points.size(), -1);
     for (int t = 0; t < num_triangles; ++t) {

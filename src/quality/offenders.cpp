@@ -424,6 +424,74 @@ std::string to_text(const OffenderCause& cause) {
     return "";
 }
 
+namespace {
+
+// Offenders at one place with one cause, as they come.
+class Groups {
+  public:
+    Groups(const MeshView& mesh, const OffenderLimits& limits) : mesh_(mesh), limits_(limits) {}
+
+    void add(const Found& found, int place) {
+        auto& [group, worst] = groups_[{place, found.cause.kind, found.cause.ids}];
+        if (worst == std::numeric_limits<double>::infinity() || gravity(found.cause) < gravity(group.cause))
+            group.cause = found.cause;
+        if (const double part = part_of_limit(found); part < worst) {
+            worst = part;
+            group.point = point_of(found);
+        }
+        gradus::add(of(group, found.what), found.what, found.value);
+    }
+
+    // Those without a cause first, then what smaller elements may mend.
+    std::vector<OffenderGroup> sorted(std::size_t most) const {
+        std::vector<const Gathered*> order;
+        for (const auto& [key, gathered] : groups_) order.push_back(&gathered);
+        std::stable_sort(order.begin(), order.end(), [](const Gathered* a, const Gathered* b) {
+            const auto rank = [](Kind kind) { return std::pair(kind != Kind::None, kind != Kind::SharpTurn); };
+            return std::pair(rank(a->group.cause.kind), a->worst) < std::pair(rank(b->group.cause.kind), b->worst);
+        });
+        std::vector<OffenderGroup> first;
+        for (std::size_t i = 0; i < std::min(order.size(), most); ++i) first.push_back(order[i]->group);
+        return first;
+    }
+    std::size_t size() const { return groups_.size(); }
+
+  private:
+    using Key = std::tuple<int, Kind, std::array<int, 2>>;
+    struct Gathered {
+        OffenderGroup group;
+        double worst = std::numeric_limits<double>::infinity();
+    };
+
+    // How far beyond its limit, whatever it is of.
+    double part_of_limit(const Found& found) const {
+        if (found.what == Found::What::EdgeRatio) return limits_.edge_ratio / found.value;
+        return found.value / (found.what == Found::What::Quality ? limits_.quality : limits_.angle);
+    }
+    Vector3d point_of(const Found& found) const {
+        if (found.what == Found::What::EdgeRatio) return mesh_.points[found.element];
+        const auto& [a, b, c] = mesh_.triangles[found.element];
+        return (mesh_.points[a] + mesh_.points[b] + mesh_.points[c]) / 3;
+    }
+
+    const MeshView& mesh_;
+    const OffenderLimits& limits_;
+    std::map<Key, Gathered> groups_;
+};
+
+void count(const Found& found, OffenderReport& report) {
+    for (const auto& [what, all, unexplained] :
+         {std::tuple(Found::What::Quality, &report.quality, &report.unexplained_quality),
+          std::tuple(Found::What::Angle, &report.angle, &report.unexplained_angle),
+          std::tuple(Found::What::EdgeRatio, &report.edge_ratio, &report.unexplained_edge_ratio)}) {
+        if (what != found.what) continue;
+        add(*all, found.what, found.value);
+        if (found.cause.kind == Kind::None) add(*unexplained, found.what, found.value);
+    }
+}
+
+}  // namespace
+
 OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& options) {
     const MeshEdges edges = edges_of(mesh);
     OffenderReport report;
@@ -438,51 +506,13 @@ OffenderReport find_offenders(const MeshView& mesh, const OffenderOptions& optio
             f.cause = f.what == Found::What::EdgeRatio ? causes.of_vertex(f.element) : causes.of_triangle(f.element);
     }
     const std::vector<int> place = places_of(mesh, edges, found);
-    using Key = std::tuple<int, Kind, std::array<int, 2>>;
-    struct Gathered {
-        OffenderGroup group;
-        double worst = std::numeric_limits<double>::infinity();
-    };
-    std::map<Key, Gathered> groups;
+    Groups groups(mesh, options.limits);
     for (const Found& f : found) {
-        const bool is_vertex = f.what == Found::What::EdgeRatio;
-        const int v = is_vertex ? f.element : mesh.triangles[f.element][0];
-        auto& [group, worst] = groups[{place[v], f.cause.kind, f.cause.ids}];
-        if (worst == std::numeric_limits<double>::infinity() || gravity(f.cause) < gravity(group.cause))
-            group.cause = f.cause;
-        // How far beyond its limit, whatever it is of.
-        const double part = f.what == Found::What::Quality ? f.value / options.limits.quality
-                            : is_vertex                    ? options.limits.edge_ratio / f.value
-                                                           : f.value / options.limits.angle;
-        if (part < worst) {
-            worst = part;
-            if (is_vertex)
-                group.point = mesh.points[v];
-            else
-                group.point = (mesh.points[mesh.triangles[f.element][0]] + mesh.points[mesh.triangles[f.element][1]] +
-                               mesh.points[mesh.triangles[f.element][2]]) /
-                              3;
-        }
-        add(of(group, f.what), f.what, f.value);
-        const bool explained = f.cause.kind != Kind::None;
-        for (const auto& [what, all, unexplained] :
-             {std::tuple(Found::What::Quality, &report.quality, &report.unexplained_quality),
-              std::tuple(Found::What::Angle, &report.angle, &report.unexplained_angle),
-              std::tuple(Found::What::EdgeRatio, &report.edge_ratio, &report.unexplained_edge_ratio)}) {
-            if (what != f.what) continue;
-            add(*all, f.what, f.value);
-            if (!explained) add(*unexplained, f.what, f.value);
-        }
+        groups.add(f, place[f.what == Found::What::EdgeRatio ? f.element : mesh.triangles[f.element][0]]);
+        count(f, report);
     }
-    std::vector<const Gathered*> sorted;
-    for (const auto& [key, gathered] : groups) sorted.push_back(&gathered);
-    std::stable_sort(sorted.begin(), sorted.end(), [](const Gathered* a, const Gathered* b) {
-        // What smaller elements may mend comes first.
-        const auto rank = [](Kind kind) { return std::pair(kind != Kind::None, kind != Kind::SharpTurn); };
-        return std::pair(rank(a->group.cause.kind), a->worst) < std::pair(rank(b->group.cause.kind), b->worst);
-    });
-    report.num_groups = sorted.size();
-    for (std::size_t i = 0; i < std::min(sorted.size(), options.most); ++i) report.groups.push_back(sorted[i]->group);
+    report.num_groups = groups.size();
+    report.groups = groups.sorted(options.most);
     return report;
 }
 

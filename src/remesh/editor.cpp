@@ -163,6 +163,21 @@ bool Editor::turns_over(int v, const Vertex& moved) const {
     return any;
 }
 
+namespace {
+
+// Towards the least energy; down its slope where it is not convex.
+std::array<double, 2> newton_step(const Derivatives& d, Bound bound) {
+    if (bound == Bound::Curve) return {-d.gx / d.hxx, 0};
+    const double trace = d.hxx + d.hyy;
+    const double det = d.hxx * d.hyy - d.hxy * d.hxy;
+    if (det > 1e-3 * trace * trace && trace > 0)
+        return {-(d.hyy * d.gx - d.hxy * d.gy) / det, -(d.hxx * d.gy - d.hxy * d.gx) / det};
+    const double steep = std::max(std::abs(trace), 1e-300);
+    return {-d.gx / steep, -d.gy / steep};
+}
+
+}  // namespace
+
 double Editor::relax(int v, Aim aim) {
     ++moves_;
     const Vertex& x = vertices_[v];
@@ -189,22 +204,8 @@ double Editor::relax(int v, Aim aim) {
         add_triangle(x, a, b, u, w, aim, d);
     });
     if (x.bound == Bound::Curve) for_each_on_curve(v, [&](int other) { add_edge(x, vertices_[other], u, aim, d); });
-    double sx = 0, sy = 0;
-    if (x.bound == Bound::Curve) {
-        if (!(d.hxx > 0)) return 0;
-        sx = -d.gx / d.hxx;
-    } else {
-        const double trace = d.hxx + d.hyy;
-        const double det = d.hxx * d.hyy - d.hxy * d.hxy;
-        if (det > 1e-3 * trace * trace && trace > 0) {
-            sx = -(d.hyy * d.gx - d.hxy * d.gy) / det;
-            sy = -(d.hxx * d.gy - d.hxy * d.gx) / det;
-        } else {
-            const double steep = std::max(std::abs(trace), 1e-300);
-            sx = -d.gx / steep;
-            sy = -d.gy / steep;
-        }
-    }
+    if (x.bound == Bound::Curve && !(d.hxx > 0)) return 0;
+    auto [sx, sy] = newton_step(d, x.bound);
     double step = std::sqrt(sx * sx + sy * sy);
     const double longest = 0.5 * std::sqrt(shortest2);
     if (step > longest) {

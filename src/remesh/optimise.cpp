@@ -372,6 +372,20 @@ int count_below(const Editor& editor, double goal) {
 
 // The same for the triangles that do not stand a goal, judged by a high power of the energy, worst first. The goal
 // rises to the one asked for, so that where many triangles are below it the bounded search goes to the worst of them.
+// The active triangles whose standing is below a goal, the worst first.
+template <class IsActive, class Standing>
+std::vector<std::pair<double, int>> triangles_below(const Editor& editor, double goal, const IsActive& is_active,
+                                                    const Standing& standing_of) {
+    const Connectivity& mesh = editor.mesh();
+    std::vector<std::pair<double, int>> below;
+    for (int t = 0; t < mesh.num_triangles(); ++t) {
+        if (!mesh.is_live_triangle(t) || !is_active(t) || editor.is_frozen_triangle(t)) continue;
+        if (const double now = standing_of(t); now < goal) below.emplace_back(now, t);
+    }
+    std::sort(below.begin(), below.end());
+    return below;
+}
+
 void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
@@ -405,14 +419,8 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
             return improved;
         };
         for (int round = 0; round < kWorstRounds; ++round) {
-            std::vector<std::pair<double, int>> bad;
-            for (int t = 0; t < mesh.num_triangles(); ++t) {
-                if (!mesh.is_live_triangle(t) || !is_active(t) || editor.is_frozen_triangle(t)) continue;
-                if (const double now = standing_of(t); now < goal) bad.emplace_back(now, t);
-            }
-            std::sort(bad.begin(), bad.end());
             int kept_now = 0;
-            for (const auto& [was, t] : bad) {
+            for (const auto& [was, t] : triangles_below(editor, goal, is_active, standing_of)) {
                 if (!mesh.is_live_triangle(t) || editor.moves() >= last_move) continue;
                 const double now = standing_of(t);
                 if (now >= goal) continue;

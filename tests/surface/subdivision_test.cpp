@@ -234,6 +234,23 @@ TEST_CASE("The curves of a cage are those that gluing finds", "[property]") {
     }
 }
 
+TEST_CASE("Borders of labels are kept, though the surface is smooth there", "[exact]") {
+    Cage cage = cube();
+    cage.labels = {1, 1, 1, 1, 1, 2};
+    const SurfaceModel model = model_of(cage);
+    CHECK(count(model, CurveKind::Crease) == 4);
+    CHECK(count(model, CurveKind::Smooth) == 8);
+    for (const ModelVertex& vertex : model.vertices()) CHECK_FALSE(vertex.tip);
+}
+
+TEST_CASE("A cage whose faces touch in a vertex only is refused", "[exact]") {
+    Cage cage = cube();
+    const int n = static_cast<int>(cage.points.size());
+    cage.points.insert(cage.points.end(), {{3, 1, 1}, {3, 3, 1}, {1, 3, 1}});
+    cage.faces.push_back({7, n, n + 1, n + 2});
+    CHECK(why_no_limit_surface(cage) == "vertex 8: surfaces touch there without an edge");
+}
+
 TEST_CASE("Edges of a cage are sharpened by angle, and sharp corners are tips", "[exact]") {
     Cage cage = cube();
     sharpen(cage, 1.5);
