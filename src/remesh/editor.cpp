@@ -178,24 +178,23 @@ std::array<double, 2> newton_step(const Derivatives& d, Bound bound) {
 
 }  // namespace
 
+Eigen::Vector3d Editor::axis_at(int v) const {
+    const Vertex& x = vertices_[v];
+    if (x.bound != Bound::Curve) return any_tangent(x.n);
+    Eigen::Vector3d u = Eigen::Vector3d::Zero();
+    for_each_on_curve(v, [&](int other) {
+        const Eigen::Vector3d d = vertices_[other].p - x.p;
+        u += u.dot(d) < 0 ? Eigen::Vector3d(-d) : d;
+    });
+    return u.squaredNorm() > 0 ? u.normalized() : u;
+}
+
 double Editor::relax(int v, Aim aim) {
     ++moves_;
     const Vertex& x = vertices_[v];
     if (x.bound == Bound::Fixed || mesh_.valence(v) > kMostSpokes) return 0;
-    Eigen::Vector3d u;
-    if (x.bound == Bound::Curve) {
-        // Along the curve: from one neighbour on it to the other.
-        u.setZero();
-        for_each_on_curve(v, [&](int other) {
-            const Eigen::Vector3d d = vertices_[other].p - x.p;
-            u += u.dot(d) < 0 ? Eigen::Vector3d(-d) : d;
-        });
-        if (!(u.squaredNorm() > 0)) return 0;
-        u.normalize();
-    } else {
-        u = any_tangent(x.n);
-    }
-    const Eigen::Vector3d w = x.n.cross(u);
+    const Eigen::Vector3d u = axis_at(v), w = x.n.cross(u);
+    if (!(u.squaredNorm() > 0)) return 0;
     Derivatives d;
     double shortest2 = std::numeric_limits<double>::infinity();
     mesh_.for_each_outgoing(v, [&](int h) {

@@ -261,6 +261,8 @@ class Editor {
     // Whether an edge between two vertices would leave a crevice of the surface out.
     bool bridges(const Vertex& a, const Vertex& b) const;
     double ring_energy(int v, const Vertex& x, Aim aim) const;
+    // First axis of the tangent plane; on a curve along it, from one neighbour to the other, zero where they are one.
+    Eigen::Vector3d axis_at(int v) const;
     // Whether moving a vertex of a sharp crease puts a triangle beside it outside the surface.
     bool turns_over(int v, const Vertex& moved) const;
     // Calls use(other) for each edge of a feature curve at v.

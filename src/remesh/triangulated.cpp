@@ -261,64 +261,86 @@ Vector3d TriangleSupport::on_facet(int triangle, const std::array<double, 3>& we
     return weights[0] * points[v[0]] + weights[1] * points[v[1]] + weights[2] * points[v[2]];
 }
 
-std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, const Vector3d& up) const {
-    using Weights = std::array<double, 3>;
-    const Connectivity& mesh = surface_.mesh();
-    const auto points = surface_.points();
-    const Vector3d from = on_facet(a.at.patch, weights_of(a)), to = on_facet(b.at.patch, weights_of(b));
-    const Vector3d along = to - from, across = along.cross(up);
-    const double most = kLongestSection * along.norm();
-    const auto height = [&](int v) { return across.dot(points[v] - from); };
-    // Where an edge that the plane cuts is cut, from its origin.
-    const auto cut = [&](int h) {
-        const double s0 = height(mesh.origin(h)), s1 = height(mesh.target(h));
-        return s0 / (s0 - s1);
-    };
-    const auto on_edge = [&](int h, double s) {
-        return Vector3d((1 - s) * points[mesh.origin(h)] + s * points[mesh.target(h)]);
-    };
-    const auto is_cut = [&](int h) { return (height(mesh.origin(h)) >= 0) != (height(mesh.target(h)) >= 0); };
+// Where a plane through two places cuts the facets between them.
+class TriangleSupport::Section {
+  public:
+    // @param up  in the plane; looked down at from there
+    Section(const TriangleSupport& support, const Place& a, const Place& b, const Vector3d& up)
+        : support_(support),
+          mesh_(support.surface_.mesh()),
+          points_(support.surface_.points()),
+          from_(support.on_facet(a.at.patch, weights_of(a))),
+          to_(support.on_facet(b.at.patch, weights_of(b))),
+          along_(to_ - from_),
+          across_(along_.cross(up)),
+          most_(kLongestSection * along_.norm()) {
+        support_.goals_.clear();
+        support_.for_each_holder(
+            b, [&](int triangle, const std::array<double, 3>&) { support_.goals_.push_back(triangle); });
+    }
 
-    goals_.clear();
-    for_each_holder(b, [&](int triangle, const Weights&) { goals_.push_back(triangle); });
-    const auto is_goal = [&](int triangle) {
-        return std::find(goals_.begin(), goals_.end(), triangle) != goals_.end();
-    };
+    bool is_goal(int triangle) const {
+        const std::vector<int>& goals = support_.goals_;
+        return std::find(goals.begin(), goals.end(), triangle) != goals.end();
+    }
+    bool is_cut(int h) const { return (height(mesh_.origin(h)) >= 0) != (height(mesh_.target(h)) >= 0); }
+    Vector3d middle_of_ends() const { return (from_ + to_) / 2; }
+
     // Follows the section across half-edge h and on. @returns its length where it leads to the goal
-    const auto follow = [&](int h) -> std::optional<double> {
-        section_.clear();
-        Vector3d here = from;
+    std::optional<double> follow(int h) const {
+        std::vector<Part>& section = support_.section_;
+        section.clear();
+        Vector3d here = from_;
         // No triangle is crossed twice.
-        for (double length = 0; length <= most && std::ssize(section_) < mesh.num_triangles();) {
-            const Vector3d next = on_edge(h, cut(h));
-            if (section_.empty() && (next - from).dot(along) <= 0) return std::nullopt;
+        for (double length = 0; length <= most_ && std::ssize(section) < mesh_.num_triangles();) {
+            const Vector3d next = on_edge(h);
+            if (section.empty() && (next - from_).dot(along_) <= 0) return std::nullopt;
             length += (next - here).norm();
-            section_.push_back({h / 3, here});
+            section.push_back({h / 3, here});
             here = next;
-            const int g = mesh.twin(h);
-            if (mesh.tag(h) >= 0 || g < 0) return std::nullopt;
+            const int g = mesh_.twin(h);
+            if (mesh_.tag(h) >= 0 || g < 0) return std::nullopt;
             if (is_goal(g / 3)) {
-                section_.push_back({g / 3, here});
-                length += (to - here).norm();
-                return length <= most ? std::optional(length) : std::nullopt;
+                section.push_back({g / 3, here});
+                length += (to_ - here).norm();
+                return length <= most_ ? std::optional(length) : std::nullopt;
             }
             h = is_cut(Connectivity::next(g)) ? Connectivity::next(g) : Connectivity::prev(g);
         }
         return std::nullopt;
-    };
-    // The point half way along the section, and its triangle.
-    const auto half_way = [&](double length) {
+    }
+
+    // The point half way along the section that was followed last, and its triangle.
+    std::pair<int, Vector3d> half_way(double length) const {
+        const std::vector<Part>& section = support_.section_;
         double left = length / 2;
-        Vector3d end = to;
-        auto part = section_.rbegin();
-        for (; part + 1 != section_.rend() && (end - part->begin).norm() < left; ++part) {
+        Vector3d end = to_;
+        auto part = section.rbegin();
+        for (; part + 1 != section.rend() && (end - part->begin).norm() < left; ++part) {
             left -= (end - part->begin).norm();
             end = part->begin;
         }
         const double l = (end - part->begin).norm();
-        return std::pair(part->triangle, l > 0 ? Vector3d(end + std::min(1.0, left / l) * (part->begin - end)) : end);
-    };
+        return {part->triangle, l > 0 ? Vector3d(end + std::min(1.0, left / l) * (part->begin - end)) : end};
+    }
 
+  private:
+    double height(int v) const { return across_.dot(points_[v] - from_); }
+    // Where an edge that the plane cuts is cut.
+    Vector3d on_edge(int h) const {
+        const double s0 = height(mesh_.origin(h)), s1 = height(mesh_.target(h)), s = s0 / (s0 - s1);
+        return (1 - s) * points_[mesh_.origin(h)] + s * points_[mesh_.target(h)];
+    }
+
+    const TriangleSupport& support_;
+    const Connectivity& mesh_;
+    std::span<const Vector3d> points_;
+    Vector3d from_, to_, along_, across_;
+    double most_;
+};
+
+std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, const Vector3d& up) const {
+    const Section section(*this, a, b, up);
     // Of the sections that reach the goal the one that looks up where it is half way.
     double best = 0;
     std::optional<Place> middle;
@@ -329,29 +351,32 @@ std::optional<Foot> TriangleSupport::between(const Place& a, const Place& b, con
         const auto closest = surface_.within(triangle, p);
         middle = {{triangle, {closest.b, closest.c}}, -1, 0, a.cell};
     };
-    for_each_holder(a, [&](int first, const Weights& w) {
-        if (is_goal(first)) return offer(first, (from + to) / 2);
+    for_each_holder(a, [&](int first, const std::array<double, 3>& w) {
+        if (section.is_goal(first)) return offer(first, section.middle_of_ends());
         for (int k = 0; k < 3; ++k) {
             const int h = 3 * first + (k + 1) % 3;
-            if (w[k] <= kOnSide || !is_cut(h)) continue;
-            if (const auto length = follow(h)) {
-                const auto [triangle, p] = half_way(*length);
+            if (w[k] <= kOnSide || !section.is_cut(h)) continue;
+            if (const auto length = section.follow(h)) {
+                const auto [triangle, p] = section.half_way(*length);
                 offer(triangle, p);
             }
         }
     });
     if (!middle) return std::nullopt;
-    const Foot half = foot(*middle);
-    // Inside a flat facet the halves are to be in line, though the surface over it is not that of the facet: beside
-    // needles there is no room.
-    const Weights w = weights_of(*middle);
+    return in_line(foot(*middle), a, b);
+}
+
+// Inside a flat facet the halves are to be in line, though the surface over it is not that of the facet: beside needles
+// there is no room.
+Foot TriangleSupport::in_line(const Foot& half, const Place& a, const Place& b) const {
+    const std::array<double, 3> w = weights_of(half.place);
     if (*std::min_element(w.begin(), w.end()) < kInside) return half;
+    const Vector3d along = on_facet(b.at.patch, weights_of(b)) - on_facet(a.at.patch, weights_of(a));
     const Vector3d chord_middle = (point_at(a) + point_at(b)) / 2, off = chord_middle - half.point,
                    aside = off - off.dot(half.normal) * half.normal;
     const double length2 = along.squaredNorm();
     if (aside.squaredNorm() < kAside2 * length2 || off.squaredNorm() > kInLine2 * length2) return half;
-    const auto in_line = move(half.place, half.point, chord_middle);
-    return in_line ? in_line : half;
+    return move(half.place, half.point, chord_middle).value_or(half);
 }
 
 // The half-edge under a place of a curve, and how far along it.

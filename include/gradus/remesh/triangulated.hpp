@@ -62,6 +62,9 @@ class TriangleSupport final : public Support {
         int triangle;
         Eigen::Vector3d normal;
     };
+    class Section;
+    Foot in_line(const Foot& half, const Place& a, const Place& b) const;
+
     mutable std::vector<Near> near_;     // room for `list_near`
     mutable std::vector<Part> section_;  // room for `between`
     mutable std::vector<int> goals_;
