@@ -213,7 +213,7 @@ class DocumentParser {
         document_.polygons = one_of(attributes, "type", {"UnstructuredGrid", "PolyData"}) == "PolyData";
         document_.swapped = one_of(attributes, "byte_order", {"LittleEndian", "BigEndian"}) == "BigEndian";
         document_.wide_headers = one_of(attributes, "header_type", {"UInt32", "UInt64"}) == "UInt64";
-        document_.compressed = one_of(attributes, "compressor", {"", "vtkZLibDataCompressor"}) != "";
+        document_.compressed = !one_of(attributes, "compressor", {"", "vtkZLibDataCompressor"}).empty();
     }
 
     void start_piece(const char** attributes) {

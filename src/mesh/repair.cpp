@@ -45,7 +45,7 @@ struct Piece {
 /// Collects what was done, by kind.
 class Log {
   public:
-    void add(RepairKind kind, std::vector<int> item) { steps_[kind].add(std::move(item)); }
+    void add(RepairKind kind, const std::vector<int>& item) { steps_[kind].add(item); }
     std::vector<RepairStep> steps() const {
         std::vector<RepairStep> result;
         for (const auto& [kind, items] : steps_) result.push_back({kind, items});
@@ -130,7 +130,7 @@ void drop_copies(std::vector<Piece>& pieces, bool parts_may_touch, Log& log) {
         copies.push_back({pieces[keys[first].second].source, pieces[keys[k].second].source});
     }
     std::sort(copies.begin(), copies.end());
-    for (auto& copy : copies) log.add(RepairKind::DuplicateTriangles, std::move(copy));
+    for (auto& copy : copies) log.add(RepairKind::DuplicateTriangles, copy);
     std::erase_if(pieces, [](const Piece& piece) { return !piece.alive; });
 }
 

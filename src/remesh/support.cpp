@@ -25,7 +25,7 @@ void between_sides(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Foot& foo
     foot.lean = length / 2;
 }
 
-Foot PatchSupport::foot(Place place) const {
+Foot PatchSupport::foot(const Place& place) const {
     GRADUS_ASSERT(place.curve < 0 || (place.t >= 0 && place.t <= 1));
     Foot foot{place, model_.position(place.at), model_.normal(place.at), 0};
     foot.size = control_.size(foot.point, foot.place.cell);

@@ -45,7 +45,8 @@ struct GaussRule {
 
     int size() const { return coarse ? 2 : 5; }
     double place(int k) const {
-        return k / size() + (coarse ? 0.5 + (k % 2 - 0.5) / std::sqrt(3.0) : gauss_points[k % 5]);
+        const int piece = k / size();
+        return piece + (coarse ? 0.5 + (k % 2 - 0.5) / std::sqrt(3.0) : gauss_points[k % 5]);
     }
     double weight(int k) const { return coarse ? 0.5 : gauss_weights[k % 5]; }
 };

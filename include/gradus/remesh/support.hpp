@@ -61,7 +61,7 @@ class PatchSupport final : public Support {
     int chain_of(int curve) const override { return links_[curve].chain; }
     Foot middle(int chain, const Foot& a, const Foot& b) const override;
     /// The foot of a place given by its parameters.
-    Foot foot(Place place) const;
+    Foot foot(const Place& place) const;
     /// The place of a model vertex that a chain passes through smoothly, and which therefore is no corner; else
     /// nothing.
     std::optional<Place> junction(int model_vertex) const;
