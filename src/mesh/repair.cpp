@@ -130,7 +130,7 @@ void drop_copies(std::vector<Piece>& pieces, bool parts_may_touch, Log& log) {
         copies.push_back({pieces[keys[first].second].source, pieces[keys[k].second].source});
     }
     std::sort(copies.begin(), copies.end());
-    for (auto& copy : copies) log.add(RepairKind::DuplicateTriangles, copy);
+    for (const auto& copy : copies) log.add(RepairKind::DuplicateTriangles, copy);
     std::erase_if(pieces, [](const Piece& piece) { return !piece.alive; });
 }
 
