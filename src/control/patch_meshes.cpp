@@ -144,7 +144,7 @@ PatchMesh PatchMeshes::mesh_patch(int p, const CutCurves& curves, const PatchSiz
     for (const std::size_t pole : poles) result.poles.push_back(domain.segments[pole]);
 
     const ParametricSurface& patch = model.patch(p);
-    const MetricField metric = [&](const Eigen::Vector2d& uv, int& hint) {
+    const PlaneMetric metric = [&](const Eigen::Vector2d& uv, int& hint) {
         const Jet1 jet = patch.jet1(uv);
         const double h = size({p, uv}, jet.p, hint);
         const double F = jet.du.dot(jet.dv);

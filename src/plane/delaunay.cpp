@@ -78,7 +78,7 @@ Vector2d unit_scale(const std::vector<Eigen::Matrix2d>& metrics) {
 
 class Generator {
   public:
-    Generator(const PlanarDomain& domain, const MetricField& metric, const DelaunayOptions& options);
+    Generator(const PlanarDomain& domain, const PlaneMetric& metric, const DelaunayOptions& options);
     PlanarMesh run();
 
   private:
@@ -134,7 +134,7 @@ class Generator {
     }
 
     const PlanarDomain& domain_;
-    const MetricField& field_;
+    const PlaneMetric& field_;
     const DelaunayOptions& options_;
     Vector2d scale_{1, 1};
     std::vector<Node> nodes_;
@@ -151,7 +151,7 @@ class Generator {
     DelaunayStatistics statistics_;
 };
 
-Generator::Generator(const PlanarDomain& domain, const MetricField& metric, const DelaunayOptions& options)
+Generator::Generator(const PlanarDomain& domain, const PlaneMetric& metric, const DelaunayOptions& options)
     : domain_(domain), field_(metric), options_(options) {
     if (!(options.target > 0))
         throw std::invalid_argument("mesh_domain: target must be positive, not " + std::to_string(options.target));
@@ -649,7 +649,7 @@ PlanarMesh Generator::run() {
 
 }  // namespace
 
-PlanarMesh mesh_domain(const PlanarDomain& domain, const MetricField& metric, const DelaunayOptions& options) {
+PlanarMesh mesh_domain(const PlanarDomain& domain, const PlaneMetric& metric, const DelaunayOptions& options) {
     return Generator(domain, metric, options).run();
 }
 

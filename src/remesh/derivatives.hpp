@@ -15,16 +15,20 @@ struct Derivatives {
     bool folded = false;  // a penalty is part of the value, though not of its derivatives
 };
 
-// Adds triangle (x, a, b) as x moves in the plane (u, v): unit, orthogonal, u x v the normal of the surface at x. Exact
-// for triangles in that plane; else off by the square of the angle between. Sizes are taken as they are at x.
-inline void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, const Eigen::Vector3d& u,
-                         const Eigen::Vector3d& v, Aim aim, Derivatives& sum) {
+// Adds triangle (x, a, b) as x moves along tangent axes. Exact for triangles in their plane; else off by the square of
+// the angle between. Sizes and shapes are taken as they are at x.
+template <class M>
+void add_triangle(const VertexOf<M>& x, const VertexOf<M>& a, const VertexOf<M>& b, const TangentAxes& axes, Aim aim,
+                  Derivatives& sum) {
     const Eigen::Vector3d ea = a.p - x.p, eb = b.p - x.p;
-    const double ax = ea.dot(u), ay = ea.dot(v), bx = eb.dot(u), by = eb.dot(v);
+    const auto mean = mean_shape(x, a, b);
+    const double ax = ea.dot(axes.along_u), ay = ea.dot(axes.along_v), bx = eb.dot(axes.along_u),
+                 by = eb.dot(axes.along_v);
     const Eigen::Vector3d n = ea.cross(eb);
     const double twice_area = std::max(std::sqrt(n.squaredNorm()), 1e-300);
-    const double S = ea.squaredNorm() + eb.squaredNorm() + (eb - ea).squaredNorm();
-    const double Sx = -2 * (ax + bx), Sy = -2 * (ay + by);
+    const double S = mean.squared(ea) + mean.squared(eb) + mean.squared(eb - ea);
+    const double Sx = -2 * mean.product(axes.u, ea, eb), Sy = -2 * mean.product(axes.v, ea, eb);
+    const auto [uu, uv, vv] = mean.of_axes(axes.u, axes.v);
     // Twice the area is linear in the position.
     const double Ax = ay - by, Ay = bx - ax;
     constexpr double c = 1 / (2 * 1.7320508075688772);
@@ -40,9 +44,9 @@ inline void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, cons
     const double d2 = 2 * shape * i * i + kSizeWeight * k * k * size.curvature;
     const double gx = c * i * Sx + d1 * Ax, gy = c * i * Sy + d1 * Ay;
     const double cross = -c * i * i;
-    double hxx = 4 * c * i + 2 * cross * Sx * Ax + d2 * Ax * Ax;
-    double hyy = 4 * c * i + 2 * cross * Sy * Ay + d2 * Ay * Ay;
-    double hxy = cross * (Sx * Ay + Sy * Ax) + d2 * Ax * Ay;
+    double hxx = 4 * c * i * uu + 2 * cross * Sx * Ax + d2 * Ax * Ax;
+    double hyy = 4 * c * i * vv + 2 * cross * Sy * Ay + d2 * Ay * Ay;
+    double hxy = cross * (Sx * Ay + Sy * Ax) + d2 * Ax * Ay + 4 * c * i * uv;
     sum.worst = std::max(sum.worst, value);
     double w1 = 1;
     if (aim == Aim::Worst) {
@@ -62,13 +66,21 @@ inline void add_triangle(const Vertex& x, const Vertex& a, const Vertex& b, cons
     sum.hyy += hyy;
 }
 
+// Squared metric length of an edge over its squared length.
+inline double by_square(const Vertex& x, const Vertex& a) { return 1 / (x.h * a.h); }
+inline double by_square(const VertexOf<SizeTensor>& x, const VertexOf<SizeTensor>& a) {
+    return squared_length(x, a) / (x.p - a.p).squaredNorm();
+}
 // Adds the edge (x, a) of a feature curve that runs along u.
-inline void add_edge(const Vertex& x, const Vertex& a, const Eigen::Vector3d& u, Aim aim, Derivatives& sum) {
+template <class M>
+void add_edge(const VertexOf<M>& x, const VertexOf<M>& a, const Eigen::Vector3d& u, Aim aim, Derivatives& sum) {
     const Eigen::Vector3d e = a.p - x.p;
-    const double k = 1 / (x.h * a.h), by_place = -2 * k * e.dot(u);
+    const double k = by_square(x, a), by_place = -2 * k * e.dot(u);
     const SizeTerm size = size_term(k * e.squaredNorm());
     const double value = 1 + kLengthWeight * size.value, g = kLengthWeight * size.slope * by_place;
-    const double h = kLengthWeight * (size.curvature * by_place * by_place + size.slope * 2 * k);
+    // Of an axis that has not the length 1.
+    const double squared_step = std::is_same_v<M, Size> ? 1 : u.squaredNorm();
+    const double h = kLengthWeight * (size.curvature * by_place * by_place + size.slope * 2 * k * squared_step);
     const double e3 = value * value * value;
     const double w1 = aim == Aim::Worst ? 8 * e3 * e3 * value : 1, w2 = aim == Aim::Worst ? 56 * e3 * e3 : 0;
     sum.value += weighted(value, aim);

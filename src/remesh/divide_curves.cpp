@@ -29,7 +29,8 @@ struct Run {
     bool returns() const { return vertices.front() == vertices.back(); }
 };
 
-std::vector<Run> list_runs(const Editor& editor, const OptimiseOptions& options) {
+template <class M>
+std::vector<Run> list_runs(const EditorOf<M>& editor, const OptimiseOptions& options) {
     const Connectivity& mesh = editor.mesh();
     const auto slides = [&](int v) { return editor.vertex(v).bound == Bound::Curve && options.is_active(v); };
     // What slides has two; if it has not, the run ends there.
@@ -71,7 +72,8 @@ std::vector<Run> list_runs(const Editor& editor, const OptimiseOptions& options)
     return runs;
 }
 
-std::vector<double> lengths_of(const Editor& editor, const Run& run) {
+template <class M>
+std::vector<double> lengths_of(const EditorOf<M>& editor, const Run& run) {
     std::vector<double> lengths;
     for (int i = 0; i < run.num_edges(); ++i) {
         const int edge = editor.mesh().find_edge(run.vertices[i], run.vertices[i + 1]);
@@ -81,7 +83,8 @@ std::vector<double> lengths_of(const Editor& editor, const Run& run) {
     return lengths;
 }
 
-void even_out(Editor& editor, const Run& run, int sweeps) {
+template <class M>
+void even_out(EditorOf<M>& editor, const Run& run, int sweeps) {
     const std::vector<int>& v = run.vertices;
     const int last = run.num_edges();
     double farthest = 1;
@@ -122,7 +125,8 @@ class Picks {
 };
 
 // Removes up to `most` vertices of the run, those between the shortest edges first. @returns how many
-int merge_shortest(Editor& editor, Run& run, int most) {
+template <class M>
+int merge_shortest(EditorOf<M>& editor, Run& run, int most) {
     const Connectivity& mesh = editor.mesh();
     const std::vector<double> lengths = lengths_of(editor, run);
     Picks picks(run);
@@ -143,7 +147,8 @@ int merge_shortest(Editor& editor, Run& run, int most) {
 }
 
 // Halves up to `most` edges of the run, the longest first. @returns how many
-int halve_longest(Editor& editor, Run& run, int most) {
+template <class M>
+int halve_longest(EditorOf<M>& editor, Run& run, int most) {
     const std::vector<double> lengths = lengths_of(editor, run);
     Picks picks(run);
     for (int i = 0; i < run.num_edges(); ++i) picks.offer(-lengths[i], i);
@@ -163,7 +168,8 @@ int halve_longest(Editor& editor, Run& run, int most) {
 
 }  // namespace
 
-void divide_curves(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
+template <class M>
+void divide_curves(EditorOf<M>& editor, const OptimiseOptions& options, OptimiseReport& report) {
     for (Run& run : list_runs(editor, options)) {
         double length = 0;
         for (const double l : lengths_of(editor, run)) length += l;
@@ -180,5 +186,8 @@ void divide_curves(Editor& editor, const OptimiseOptions& options, OptimiseRepor
         if (changed) even_out(editor, run, kSweepsAtLast);
     }
 }
+
+template void divide_curves(EditorOf<Size>& editor, const OptimiseOptions& options, OptimiseReport& report);
+template void divide_curves(EditorOf<SizeTensor>& editor, const OptimiseOptions& options, OptimiseReport& report);
 
 }  // namespace gradus

@@ -9,6 +9,7 @@ namespace gradus {
 /// equal metric length, as many as come nearest to unit: halving what is too long leaves edges that are too short and
 /// that no single collapse mends. Runs whose triangles bar it keep more edges or fewer. Counts what it does in the
 /// report.
-void divide_curves(Editor& editor, const OptimiseOptions& options, OptimiseReport& report);
+template <class M>
+void divide_curves(EditorOf<M>& editor, const OptimiseOptions& options, OptimiseReport& report);
 
 }  // namespace gradus

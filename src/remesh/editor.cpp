@@ -40,18 +40,24 @@ constexpr double kLegalEnergy =
     12;  // a triangle above this is degenerate or folded: no operation may make one that is worse than what was
 
 // Normal, as long as twice the area.
-Eigen::Vector3d area_vector(const Vertex& a, const Vertex& b, const Vertex& c) { return (b.p - a.p).cross(c.p - a.p); }
+template <class M>
+Eigen::Vector3d area_vector(const VertexOf<M>& a, const VertexOf<M>& b, const VertexOf<M>& c) {
+    return (b.p - a.p).cross(c.p - a.p);
+}
 
 // Corners and sharp creases do not know on which side the surface is: between three of their vertices, beside a notch,
 // a triangle may be outside.
-bool may_be_outside(const Vertex& a, const Vertex& b, const Vertex& c) {
+template <class M>
+bool may_be_outside(const VertexOf<M>& a, const VertexOf<M>& b, const VertexOf<M>& c) {
     return a.lean < kSharpCrease && b.lean < kSharpCrease && c.lean < kSharpCrease;
 }
 
 // What an operation may make of the triangles that it replaces: none that is degenerate or folded, unless one of those
 // was worse.
+template <class M>
 class Legality {
   public:
+    using Vertex = VertexOf<M>;
     explicit Legality(double size_weight = kSizeWeight) : size_weight_(size_weight) {}
 
     // A triangle that goes.
@@ -86,45 +92,51 @@ int penalty(int valence, bool boundary) {
 
 }  // namespace
 
-double Editor::energy(int t) const {
+template <class M>
+double EditorOf<M>::energy(int t) const {
     const Triangle v = mesh_.triangle(t);
     return triangle_energy(vertices_[v[0]], vertices_[v[1]], vertices_[v[2]]);
 }
 
-double Editor::quality(int t) const {
+template <class M>
+double EditorOf<M>::quality(int t) const {
     const Triangle v = mesh_.triangle(t);
-    return triangle_quality(vertices_[v[0]].p, vertices_[v[1]].p, vertices_[v[2]].p);
+    return triangle_quality(vertices_[v[0]], vertices_[v[1]], vertices_[v[2]]);
 }
 
-double Editor::unit_area(int t) const {
+template <class M>
+double EditorOf<M>::unit_area(int t) const {
     const Triangle v = mesh_.triangle(t);
     const Vertex &a = vertices_[v[0]], &b = vertices_[v[1]], &c = vertices_[v[2]];
     return (b.p - a.p).cross(c.p - a.p).norm() * (2 / 1.7320508075688772) / (a.g * b.g * c.g);
 }
 
-double Editor::length(int h) const {
-    const Vertex &a = vertices_[mesh_.origin(h)], &b = vertices_[mesh_.target(h)];
-    return metric_length((a.p - b.p).norm(), a.h, b.h);
+template <class M>
+double EditorOf<M>::length(int h) const {
+    return length_between(vertices_[mesh_.origin(h)], vertices_[mesh_.target(h)]);
 }
 
-double Editor::fan_ratio(int v) const {
+template <class M>
+double EditorOf<M>::fan_ratio(int v) const {
     double shortest2 = std::numeric_limits<double>::infinity(), longest2 = 0;
     mesh_.for_each_edge(v, [&](int, int other) {
-        const double length2 = (vertices_[other].p - vertices_[v].p).squaredNorm();
+        const double length2 = squared_at(vertices_[v], vertices_[other].p - vertices_[v].p);
         shortest2 = std::min(shortest2, length2);
         longest2 = std::max(longest2, length2);
     });
     return shortest2 > 0 ? std::sqrt(longest2 / shortest2) : std::numeric_limits<double>::infinity();
 }
 
-bool Editor::holds_now_and_then() {
+template <class M>
+bool EditorOf<M>::holds_now_and_then() {
     constexpr int kSeldom = 256;
     if (++unchecked_ < std::max(kSeldom, mesh_.num_triangles())) return true;
     unchecked_ = 0;
     return holds();
 }
 
-bool Editor::holds() const {
+template <class M>
+bool EditorOf<M>::holds() const {
     if (static_cast<int>(vertices_.size()) != mesh_.num_vertices() || !mesh_.check().empty()) return false;
     for (int v = 0; v < mesh_.num_vertices(); ++v)
         if (mesh_.is_live_vertex(v) && !is_sound(vertices_[v])) return false;
@@ -136,13 +148,15 @@ bool Editor::holds() const {
     return true;
 }
 
-void Editor::set_vertex(int v, const Vertex& x) {
+template <class M>
+void EditorOf<M>::set_vertex(int v, const Vertex& x) {
     GRADUS_ASSERT(v >= 0 && v < static_cast<int>(vertices_.size()) && is_sound(x));
     if (recording_) recording_->saved.emplace_back(v, vertices_[v]);
     vertices_[v] = x;
 }
 
-double Editor::ring_energy(int v, const Vertex& x, Aim aim) const {
+template <class M>
+double EditorOf<M>::ring_energy(int v, const Vertex& x, Aim aim) const {
     double sum = 0;
     mesh_.for_each_outgoing(v, [&](int h) {
         sum += weighted(triangle_energy(x, vertices_[mesh_.target(h)], vertices_[mesh_.apex(h)]), aim);
@@ -152,7 +166,8 @@ double Editor::ring_energy(int v, const Vertex& x, Aim aim) const {
     return sum;
 }
 
-bool Editor::turns_over(int v, const Vertex& moved) const {
+template <class M>
+bool EditorOf<M>::turns_over(int v, const Vertex& moved) const {
     bool any = false;
     if (moved.lean < kSharpCrease)
         mesh_.for_each_outgoing(v, [&](int h) {
@@ -178,7 +193,8 @@ std::array<double, 2> newton_step(const Derivatives& d, Bound bound) {
 
 }  // namespace
 
-Eigen::Vector3d Editor::axis_at(int v) const {
+template <class M>
+Eigen::Vector3d EditorOf<M>::axis_at(int v) const {
     const Vertex& x = vertices_[v];
     if (x.bound != Bound::Curve) return any_tangent(x.n);
     Eigen::Vector3d u = Eigen::Vector3d::Zero();
@@ -189,20 +205,23 @@ Eigen::Vector3d Editor::axis_at(int v) const {
     return u.squaredNorm() > 0 ? u.normalized() : u;
 }
 
-double Editor::relax(int v, Aim aim) {
+template <class M>
+double EditorOf<M>::relax(int v, Aim aim) {
     ++moves_;
     const Vertex& x = vertices_[v];
     if (x.bound == Bound::Fixed || mesh_.valence(v) > kMostSpokes) return 0;
-    const Eigen::Vector3d u = axis_at(v), w = x.n.cross(u);
-    if (!(u.squaredNorm() > 0)) return 0;
+    const Eigen::Vector3d axis = axis_at(v);
+    if (!(axis.squaredNorm() > 0)) return 0;
+    const TangentAxes axes = tangent_axes(x, axis);
     Derivatives d;
     double shortest2 = std::numeric_limits<double>::infinity();
     mesh_.for_each_outgoing(v, [&](int h) {
         const Vertex &a = vertices_[mesh_.target(h)], &b = vertices_[mesh_.apex(h)];
-        shortest2 = std::min({shortest2, (a.p - x.p).squaredNorm(), (b.p - x.p).squaredNorm()});
-        add_triangle(x, a, b, u, w, aim, d);
+        shortest2 = std::min({shortest2, squared_at(x, a.p - x.p), squared_at(x, b.p - x.p)});
+        add_triangle(x, a, b, axes, aim, d);
     });
-    if (x.bound == Bound::Curve) for_each_on_curve(v, [&](int other) { add_edge(x, vertices_[other], u, aim, d); });
+    if (x.bound == Bound::Curve)
+        for_each_on_curve(v, [&](int other) { add_edge(x, vertices_[other], axes.u, aim, d); });
     if (x.bound == Bound::Curve && !(d.hxx > 0)) return 0;
     auto [sx, sy] = newton_step(d, x.bound);
     double step = std::sqrt(sx * sx + sy * sy);
@@ -213,12 +232,12 @@ double Editor::relax(int v, Aim aim) {
         step = longest;
     }
     const auto moved_by = [&](double along_u, double along_w) -> std::optional<Vertex> {
-        const Eigen::Vector3d target = x.p + along_u * u + along_w * w;
+        const Eigen::Vector3d target = x.p + along_u * axes.u + along_w * axes.v;
         const std::optional<Foot> foot =
             x.bound == Bound::Curve ? support_.slide(x.place, target) : support_.move(x.place, x.p, target);
         if (!foot) return std::nullopt;
         Vertex moved = x;
-        take_foot(moved, *foot);
+        stand(moved, *foot, support_, field_);
         return moved;
     };
     for (int halving = 0; halving < 3 && step > kStillMoves * x.h; ++halving, sx /= 3, sy /= 3, step /= 3) {
@@ -243,25 +262,24 @@ double Editor::relax(int v, Aim aim) {
             if (energy < least) least = energy, best = moved;
         }
     if (!best) return 0;
-    const double part = (best->p - x.p).norm() / best->h;
+    const double part = std::sqrt(squared_at(*best, best->p - x.p)) / best->h;
     set_vertex(v, *best);
     return part;
 }
 
-double Editor::centre(int v, int a, int b) {
+template <class M>
+double EditorOf<M>::centre(int v, int a, int b) {
     const Vertex& x = vertices_[v];
-    const auto length_to = [&](int other) {
-        return metric_length((vertices_[other].p - x.p).norm(), vertices_[other].h, x.h);
-    };
-    const double to_a = length_to(a), to_b = length_to(b);
+    const double to_a = length_between(x, vertices_[a]), to_b = length_between(x, vertices_[b]);
     const Eigen::Vector3d step = to_a > to_b ? (to_a - to_b) / (2 * to_a) * (vertices_[a].p - x.p)
                                              : (to_b - to_a) / (2 * to_b) * (vertices_[b].p - x.p);
-    if (!(step.norm() > kStillMoves * x.h)) return 0;
+    const double part = std::sqrt(squared_at(x, step)) / x.h;
+    if (!(part > kStillMoves)) return 0;
     const std::optional<Foot> foot = support_.slide(x.place, x.p + step);
     if (!foot) return 0;
     Vertex moved = x;
-    take_foot(moved, *foot);
-    Legality legality(0);
+    stand(moved, *foot, support_, field_);
+    Legality<M> legality(0);
     mesh_.for_each_outgoing(v, [&](int h) { legality.had(x, vertices_[mesh_.target(h)], vertices_[mesh_.apex(h)]); });
     bool legal = true;
     mesh_.for_each_outgoing(v, [&](int h) {
@@ -269,28 +287,31 @@ double Editor::centre(int v, int a, int b) {
         legal = legal && legality.allows(moved, c, d, area_vector(x, c, d));
     });
     if (!legal) return 0;
-    const double part = step.norm() / x.h;
     set_vertex(v, moved);
     return part;
 }
 
-int Editor::valence_penalty(int v, int by) const {
+template <class M>
+int EditorOf<M>::valence_penalty(int v, int by) const {
     return vertices_[v].lean == kAnyNormal ? 0 : penalty(mesh_.valence(v) + by, mesh_.is_boundary_vertex(v));
 }
 
-int Editor::least_valence(int v) const {
+template <class M>
+int EditorOf<M>::least_valence(int v) const {
     if (mesh_.is_boundary_vertex(v)) return vertices_[v].bound == Bound::Fixed ? 2 : 3;
     return vertices_[v].lean == kAnyNormal ? 3 : 4;
 }
 
-int Editor::flip_gain(int h) const {
+template <class M>
+int EditorOf<M>::flip_gain(int h) const {
     const int g = mesh_.twin(h);
     const auto change = [&](int v, int by) { return valence_penalty(v, 0) - valence_penalty(v, by); };
     return change(mesh_.origin(h), -1) + change(mesh_.target(h), -1) + change(mesh_.apex(h), 1) +
            change(mesh_.apex(g), 1);
 }
 
-int Editor::collapse_gain(int h) const {
+template <class M>
+int EditorOf<M>::collapse_gain(int h) const {
     const int v = mesh_.origin(h), w = mesh_.target(h), g = mesh_.twin(h);
     const auto of = [&](int x, int by) { return valence_penalty(x, by); };
     const int shared = g < 0 ? 1 : 2;
@@ -300,14 +321,16 @@ int Editor::collapse_gain(int h) const {
     return gain;
 }
 
-bool Editor::can_flip(int h) const {
+template <class M>
+bool EditorOf<M>::can_flip(int h) const {
     const int g = mesh_.twin(h);
     if (g < 0 || mesh_.tag(h) >= 0) return false;
     const auto spare = [&](int v) { return mesh_.valence(v) > least_valence(v); };
     return spare(mesh_.origin(h)) && spare(mesh_.target(h)) && mesh_.find_edge(mesh_.apex(h), mesh_.apex(g)) < 0;
 }
 
-double Editor::flip_height(int h) const {
+template <class M>
+double EditorOf<M>::flip_height(int h) const {
     const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)],
                  &d = vertices_[mesh_.apex(mesh_.twin(h))];
     const Eigen::Vector3d n = (w.p - v.p).cross(d.p - c.p);
@@ -316,7 +339,8 @@ double Editor::flip_height(int h) const {
                       : std::numeric_limits<double>::infinity();
 }
 
-double Editor::flip_rise(int h, double enough) const {
+template <class M>
+double EditorOf<M>::flip_rise(int h, double enough) const {
     const int g = mesh_.twin(h);
     const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)],
                  &d = vertices_[mesh_.apex(g)];
@@ -326,17 +350,19 @@ double Editor::flip_rise(int h, double enough) const {
     return triangle_energy(v, d, c) + triangle_energy(d, w, c) - before;
 }
 
-bool Editor::bridges(const Vertex& a, const Vertex& b) const {
+template <class M>
+bool EditorOf<M>::bridges(const Vertex& a, const Vertex& b) const {
     if (a.n.dot(b.n) > kOpposed) return false;
     const std::optional<Foot> foot = support_.between(a.place, b.place, (a.n + b.n).stableNormalized());
     return foot && (foot->point - (a.p + b.p) / 2).norm() > kDeep * std::min(a.h, b.h);
 }
 
-bool Editor::flip(int h) {
+template <class M>
+bool EditorOf<M>::flip(int h) {
     const int g = mesh_.twin(h);
     const Vertex &v = vertices_[mesh_.origin(h)], &w = vertices_[mesh_.target(h)], &c = vertices_[mesh_.apex(h)],
                  &d = vertices_[mesh_.apex(g)];
-    Legality legality;
+    Legality<M> legality;
     legality.had(v, w, c);
     legality.had(w, v, d);
     const Eigen::Vector3d both = area_vector(v, w, c) + area_vector(w, v, d);
@@ -346,7 +372,8 @@ bool Editor::flip(int h) {
     return true;
 }
 
-bool Editor::can_collapse(int h) const {
+template <class M>
+bool EditorOf<M>::can_collapse(int h) const {
     const Vertex& v = vertices_[mesh_.origin(h)];
     if (v.bound == Bound::Fixed) return false;
     if (v.bound == Bound::Curve && mesh_.tag(h) != support_.chain_of(v.place.curve)) return false;
@@ -361,7 +388,8 @@ bool Editor::can_collapse(int h) const {
     return !clash(h) && !(g >= 0 && clash(g));
 }
 
-bool Editor::collapse(int h, double longest_on_curve) {
+template <class M>
+bool EditorOf<M>::collapse(int h, double longest_on_curve) {
     const int v = mesh_.origin(h), g = mesh_.twin(h);
     const Vertex& w = vertices_[mesh_.target(h)];
     bool legal = true;
@@ -371,13 +399,12 @@ bool Editor::collapse(int h, double longest_on_curve) {
         const bool on_curve = vertices_[v].bound == Bound::Curve && mesh_.tag(edge) >= 0;
         const double most = on_curve ? longest_on_curve : kLongestByCollapse;
         const Vertex &x = vertices_[other], &from = vertices_[v];
-        const double length = (x.p - w.p).norm();
-        if (length > most * std::min(x.h, w.h) && metric_length(length, x.h, w.h) > most &&
-            (on_curve || length > kAboutAsLong * (x.p - from.p).norm()))
+        if (lengths_at_ends(x, w)[1] > most && length_between(x, w) > most &&
+            (on_curve || std::sqrt(squared_at(x, x.p - w.p)) > kAboutAsLong * std::sqrt(squared_at(x, x.p - from.p))))
             legal = false;
     });
     if (!legal) return false;
-    Legality legality;
+    Legality<M> legality;
     mesh_.for_each_outgoing(
         v, [&](int e) { legality.had(vertices_[v], vertices_[mesh_.target(e)], vertices_[mesh_.apex(e)]); });
     mesh_.for_each_outgoing(v, [&](int e) {
@@ -393,7 +420,8 @@ bool Editor::collapse(int h, double longest_on_curve) {
     return true;
 }
 
-int Editor::split(int h) {
+template <class M>
+int EditorOf<M>::split(int h) {
     if (is_frozen(h)) return -1;
     const int chain = mesh_.tag(h);
     const Vertex &va = vertices_[mesh_.origin(h)], &vb = vertices_[mesh_.target(h)];
@@ -402,9 +430,9 @@ int Editor::split(int h) {
         const auto foot = [&](const Vertex& v) {
             // A vertex of another chain ends this one. Frozen ones may be inside.
             const bool inside = v.place.curve >= 0 && support_.chain_of(v.place.curve) == chain;
-            return Foot{{v.place.at, inside ? v.place.curve : -1, v.place.t, v.place.cell}, v.p, v.n, v.h};
+            return Foot{{v.place.at, inside ? v.place.curve : -1, v.place.t, v.place.cell}, v.p, v.n};
         };
-        take_foot(m, support_.middle(chain, foot(va), foot(vb)));
+        stand(m, support_.middle(chain, foot(va), foot(vb)), support_, field_);
         m.bound = Bound::Curve;
         // Where a short curve returns to its start, its middle may be that of the other way round.
         if ((m.p - (va.p + vb.p) / 2).squaredNorm() > kFarthestMiddle2 * (va.p - vb.p).squaredNorm()) return -1;
@@ -426,10 +454,10 @@ int Editor::split(int h) {
         if (std::max((foot->point - va.p).squaredNorm(), (foot->point - vb.p).squaredNorm()) >
             longest2 * (va.p - vb.p).squaredNorm())
             return -1;
-        take_foot(m, *foot);
+        stand(m, *foot, support_, field_);
     }
     const int g = mesh_.twin(h);
-    Legality legality(0);  // where sizes are much smaller than the triangle, that is to be divided
+    Legality<M> legality(0);  // where sizes are much smaller than the triangle, that is to be divided
     for (const int side : {h, g})
         if (side >= 0)
             legality.had(vertices_[mesh_.origin(side)], vertices_[mesh_.target(side)], vertices_[mesh_.apex(side)]);
@@ -450,7 +478,8 @@ int Editor::split(int h) {
     return v;
 }
 
-double Editor::energy_around(const std::vector<int>& around, Aim aim, double mean) {
+template <class M>
+double EditorOf<M>::energy_around(const std::vector<int>& around, Aim aim, double mean) {
     ++stamp_now_;
     double sum = 0;
     const double neutral = weighted(mean, aim);
@@ -473,7 +502,8 @@ double Editor::energy_around(const std::vector<int>& around, Aim aim, double mea
     return sum;
 }
 
-void Editor::add_ring(std::vector<int>& around) const {
+template <class M>
+void EditorOf<M>::add_ring(std::vector<int>& around) const {
     const std::size_t inner = around.size();
     for (std::size_t i = 0; i < inner; ++i)
         mesh_.for_each_outgoing(around[i], [&](int h) {
@@ -482,28 +512,32 @@ void Editor::add_ring(std::vector<int>& around) const {
         });
 }
 
-bool Editor::bring(int v, const Eigen::Vector3d& target) {
+template <class M>
+bool EditorOf<M>::bring(int v, const Eigen::Vector3d& target) {
     Vertex x = vertices_[v];
     const std::optional<Foot> foot = x.bound == Bound::Free ? support_.move(x.place, x.p, target) : std::nullopt;
     if (!foot) return false;
-    take_foot(x, *foot);
+    stand(x, *foot, support_, field_);
     set_vertex(v, x);
     return true;
 }
 
-bool Editor::push(int h) {
+template <class M>
+bool EditorOf<M>::push(int h) {
     const Eigen::Vector3d &from = vertices_[mesh_.origin(h)].p, &to = vertices_[mesh_.target(h)].p;
     return bring(mesh_.origin(h), from + kPush * (to - from));
 }
 
 // The vertices of the triangles on either side of h.
-void Editor::list_corners(int h, std::vector<int>& around) const {
+template <class M>
+void EditorOf<M>::list_corners(int h, std::vector<int>& around) const {
     around.assign({mesh_.origin(h), mesh_.target(h), mesh_.apex(h)});
     if (const int g = mesh_.twin(h); g >= 0) around.push_back(mesh_.apex(g));
 }
 
 // Applies the operation, recording; trial.around becomes its vertices, a new one first.
-bool Editor::begin(Trial& trial, Operation operation, int h) {
+template <class M>
+bool EditorOf<M>::begin(Trial& trial, Operation operation, int h) {
     list_corners(h, trial.around);
     trial.journal.clear();
     trial.saved.clear();
@@ -527,13 +561,15 @@ bool Editor::begin(Trial& trial, Operation operation, int h) {
     return false;
 }
 
-void Editor::keep(const Trial& trial) {
+template <class M>
+void EditorOf<M>::keep(const Trial& trial) {
     mesh_.record(nullptr);
     recording_ = nullptr;
     touched_ = trial.around;
 }
 
-void Editor::roll_back(Trial& trial) {
+template <class M>
+void EditorOf<M>::roll_back(Trial& trial) {
     recording_ = nullptr;
     for (auto i = trial.saved.rbegin(); i != trial.saved.rend(); ++i) vertices_[i->first] = i->second;
     mesh_.undo(trial.journal);
@@ -547,7 +583,8 @@ double below(double energy) { return energy - 1e-4 * std::abs(energy) - 1e-6; }
 
 }  // namespace
 
-bool Editor::attempt(Operation operation, int h, Aim aim, double mean, Reach reach) {
+template <class M>
+bool EditorOf<M>::attempt(Operation operation, int h, Aim aim, double mean, Reach reach) {
     Trial& trial = trials_[0];
     std::vector<int>& around = touched_;
     list_corners(h, around);
@@ -579,7 +616,8 @@ bool Editor::attempt(Operation operation, int h, Aim aim, double mean, Reach rea
     return done;
 }
 
-bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
+template <class M>
+bool EditorOf<M>::attempt_pair(Operation first, int h, double mean, Search search) {
     // Energy is measured two rings around, so that whatever the second operation moves is inside.
     std::vector<int> inner;
     list_corners(h, inner);
@@ -624,8 +662,9 @@ bool Editor::attempt_pair(Operation first, int h, double mean, Search search) {
 }
 
 // @param inner  vertices that relax  @param region  those around which the energy is to be below `enough`
-bool Editor::attempt_second(Operation second, int h, const std::vector<int>& inner, std::vector<int>& region,
-                            double enough, double mean) {
+template <class M>
+bool EditorOf<M>::attempt_second(Operation second, int h, const std::vector<int>& inner, std::vector<int>& region,
+                                 double enough, double mean) {
     Trial& trial = trials_[1];
     bool done = begin(trial, second, h);
     if (done) {
@@ -656,8 +695,9 @@ bool Editor::attempt_second(Operation second, int h, const std::vector<int>& inn
 
 // Applies a way to mend and relaxes what is around, recording; a vertex that comes is added. @returns the energy around
 // that leaves
-std::optional<double> Editor::try_mending(const Mending& mending, const Eigen::Vector3d& fault, int rounds,
-                                          std::vector<int>& around) {
+template <class M>
+std::optional<double> EditorOf<M>::try_mending(const Mending& mending, const Eigen::Vector3d& fault, int rounds,
+                                               std::vector<int>& around) {
     if (!begin(trials_[0], mending.operation, mending.halfedge)) return std::nullopt;
     const bool comes = mending.operation == Operation::Split;
     const int moved = comes ? trials_[0].around.front() : mesh_.origin(mending.halfedge);
@@ -669,7 +709,8 @@ std::optional<double> Editor::try_mending(const Mending& mending, const Eigen::V
     return energy_around(around, Aim::Worst, 1);
 }
 
-bool Editor::mend(const std::vector<int>& corners, const Eigen::Vector3d& fault) {
+template <class M>
+bool EditorOf<M>::mend(const std::vector<int>& corners, const Eigen::Vector3d& fault) {
     std::vector<int> region = corners;
     add_ring(region);
     const double most = std::max(kBadlyMended, energy_around(region, Aim::Worst, 1));
@@ -705,7 +746,8 @@ bool Editor::mend(const std::vector<int>& corners, const Eigen::Vector3d& fault)
     return false;
 }
 
-void Editor::renumber() {
+template <class M>
+void EditorOf<M>::renumber() {
     const Connectivity::Numbering numbering = mesh_.breadth_first();
     std::vector<Vertex> vertices;
     vertices.reserve(numbering.vertices.size());
@@ -715,5 +757,8 @@ void Editor::renumber() {
     stamp_.assign(mesh_.num_triangles(), 0);
     stamp_now_ = 0;
 }
+
+template class EditorOf<Size>;
+template class EditorOf<SizeTensor>;
 
 }  // namespace gradus

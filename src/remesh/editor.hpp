@@ -3,9 +3,10 @@
 #pragma once
 
 #include "gradus/mesh/connectivity.hpp"
-#include "gradus/remesh/support.hpp"
+#include "gradus/mesh/frozen.hpp"
 
 #include "../assert.hpp"
+#include "vertex.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,52 +17,6 @@
 #include <vector>
 
 namespace gradus {
-
-enum class Bound : char {
-    Free,   // moves on the surface
-    Curve,  // slides on its feature curve
-    Fixed   // corners, poles and what is frozen
-};
-
-struct alignas(64) Vertex {
-    Eigen::Vector3d p;
-    double h = 1;       // size asked for
-    Eigen::Vector3d n;  // unit normal of the surface
-    double g = 1;       // h^(2/3): the mean h^2 of a triangle is the product of three
-    Place place;
-    Bound bound = Bound::Free;
-    // Cosine of the angle between n and the normals that the surface has here: 1 where it has one, less on creases, and
-    // kAnyNormal at corners, which are not held against their triangles.
-    float lean = 1;
-};
-inline constexpr float kAnyNormal = -1;
-inline constexpr float kSharpest = 0.2F;  // two sides that meet like a blade say nothing of what lies between
-
-// Cosine of the angle between a unit normal and the nearest that the surface has at a vertex.
-inline double agreement(const Vertex& v, const Eigen::Vector3d& n) {
-    const double cosine = n.dot(v.n);
-    if (v.lean == 1) return cosine;
-    if (v.lean < kSharpest || cosine >= v.lean) return 1;
-    const double lean = v.lean;
-    return cosine * lean + std::sqrt(std::max(0.0, (1 - cosine * cosine) * (1 - lean * lean)));
-}
-
-// What every vertex of an editor has: for assertions.
-inline bool is_sound(const Vertex& v) {
-    constexpr double kUnit = 1e-6, kSameSize = 1e-12;
-    const bool placed = v.p.allFinite() && v.place.cell >= 0;
-    const bool sized = v.h > 0 && std::isfinite(v.h) && std::abs(v.g * v.g * v.g / (v.h * v.h) - 1) < kSameSize;
-    return placed && sized && std::abs(v.n.norm() - 1) < kUnit && v.lean >= kAnyNormal && v.lean <= 1 + kUnit;
-}
-
-inline void take_foot(Vertex& v, const Foot& foot) {
-    v.place = foot.place;
-    v.p = foot.point;
-    v.n = foot.normal;
-    v.h = foot.size;
-    v.g = std::cbrt(foot.size * foot.size);
-    v.lean = static_cast<float>(foot.lean);
-}
 
 // Energy of a triangle: 1 / (area-length quality), plus a term that is 0 where its area is the one asked for, plus a
 // penalty where it turns away from the surface. 1 for the ideal triangle. [remeshing notes; shape term: Bank & Smith
@@ -91,26 +46,32 @@ inline double fold_penalty(double cosine) {
 
 // Cosine of the angle by which a triangle turns from the surface, at the corner where it is largest. @param facing  its
 // unit normal
-inline double least_agreement(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& facing) {
+template <class M>
+double least_agreement(const VertexOf<M>& a, const VertexOf<M>& b, const VertexOf<M>& c,
+                       const Eigen::Vector3d& facing) {
     return std::min({agreement(a, facing), agreement(b, facing), agreement(c, facing)});
 }
 
 // Penalty of a triangle with the normal n, as long as twice the area.
-inline double turn_penalty(const Vertex& a, const Vertex& b, const Vertex& c, const Eigen::Vector3d& n,
-                           double twice_area) {
+template <class M>
+double turn_penalty(const VertexOf<M>& a, const VertexOf<M>& b, const VertexOf<M>& c, const Eigen::Vector3d& n,
+                    double twice_area) {
     // Agreements are no less than the cosines with the vertices' normals, and most triangles do not turn that far.
     if (std::min({n.dot(a.n), n.dot(b.n), n.dot(c.n)}) >= kFoldCosine * twice_area) return 0;
     return fold_penalty(least_agreement(a, b, c, n / twice_area));
 }
 
 // @param size_weight  0 for the shape alone
-inline double triangle_energy(const Vertex& a, const Vertex& b, const Vertex& c, double size_weight = kSizeWeight) {
+template <class M>
+double triangle_energy(const VertexOf<M>& a, const VertexOf<M>& b, const VertexOf<M>& c,
+                       double size_weight = kSizeWeight) {
     const Eigen::Vector3d e1 = b.p - a.p, e2 = c.p - a.p;
     const Eigen::Vector3d n(e1.y() * e2.z() - e1.z() * e2.y(), e1.z() * e2.x() - e1.x() * e2.z(),
                             e1.x() * e2.y() - e1.y() * e2.x());
     const double twice_area = std::sqrt(n.squaredNorm());
     if (!(twice_area > 0)) return 1e30;
-    const double lengths = e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm();
+    const auto shape = mean_shape(a, b, c);
+    const double lengths = shape.squared(e1) + shape.squared(e2) + shape.squared(e2 - e1);
     const double m = twice_area * (2 / 1.7320508075688772) / (a.g * b.g * c.g);
     return lengths / (2 * 1.7320508075688772 * twice_area) + size_weight * size_term(m).value +
            turn_penalty(a, b, c, n, twice_area);
@@ -122,15 +83,9 @@ inline double fan_energy(double ratio) { return ratio > kUnevenFan ? 1 + kFanWei
 
 // Energy of an edge of a feature curve, whose length no triangle asks for: 1 where it is the one asked for.
 inline constexpr double kLengthWeight = 0.1;
-inline double edge_energy(const Vertex& a, const Vertex& b) {
-    return 1 + kLengthWeight * size_term((a.p - b.p).squaredNorm() / (a.h * b.h)).value;
-}
-
-// Area-length quality, 1 for equilateral.
-inline double triangle_quality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-    const Eigen::Vector3d e1 = b - a, e2 = c - a;
-    return 2 * 1.7320508075688772 * e1.cross(e2).norm() /
-           (e1.squaredNorm() + e2.squaredNorm() + (e2 - e1).squaredNorm());
+template <class M>
+double edge_energy(const VertexOf<M>& a, const VertexOf<M>& b) {
+    return 1 + kLengthWeight * size_term(squared_length(a, b)).value;
 }
 
 // High powers make the worst triangle rule.
@@ -140,11 +95,6 @@ inline double weighted(double energy, Aim aim) {
     const double e2 = energy * energy, e4 = e2 * e2;
     return e4 * e4;
 }
-
-// Edges that no operation may touch have tags from here on: this plus one plus their own. Both their ends are fixed.
-inline constexpr int kFrozenTag = 1 << 30;
-inline int frozen_tag(int tag) { return kFrozenTag + 1 + tag; }
-inline int thawed_tag(int tag) { return tag >= kFrozenTag ? tag - kFrozenTag - 1 : tag; }
 
 inline void add_once(std::vector<int>& list, int item) {
     if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
@@ -170,10 +120,30 @@ bool any_halfedge(const Connectivity& mesh, const std::vector<int>& halfedges, c
     return false;
 }
 
-class Editor {
+enum class Operation {
+    Move,
+    Push,  // the origin of the edge goes some way along it before anything relaxes
+    Flip,
+    Collapse,
+    Split
+};
+enum class Reach { Near, Wide };        // the vertices of the operation relax, or their neighbours too
+enum class Search { Quick, Thorough };  // second operations that look promising, or all
+// Rise of the energy by a flip, before anything moves, up to which it may turn out well once the neighbours have moved
+// too.
+inline constexpr double kHopefulRise = 1.6;
+
+template <class M>
+class EditorOf {
   public:
-    Editor(const Support& support, std::vector<Vertex> vertices, Connectivity mesh)
-        : support_(support), vertices_(std::move(vertices)), mesh_(std::move(mesh)), stamp_(mesh_.num_triangles(), 0) {
+    using Vertex = VertexOf<M>;
+
+    EditorOf(const Support& support, const MetricField<M>& field, std::vector<Vertex> vertices, Connectivity mesh)
+        : support_(support),
+          field_(field),
+          vertices_(std::move(vertices)),
+          mesh_(std::move(mesh)),
+          stamp_(mesh_.num_triangles(), 0) {
         GRADUS_ASSERT(holds());
     }
 
@@ -203,7 +173,7 @@ class Editor {
     int flip_gain(int h) const;  // > 0 when the flip lowers the penalty
     int collapse_gain(int h) const;
 
-    bool is_frozen(int h) const { return mesh_.tag(h) >= kFrozenTag; }
+    bool is_frozen(int h) const { return is_frozen_tag(mesh_.tag(h)); }
     bool is_frozen_triangle(int t) const { return is_frozen(3 * t) && is_frozen(3 * t + 1) && is_frozen(3 * t + 2); }
     bool can_flip(int h) const;
     bool can_collapse(int h) const;
@@ -221,26 +191,17 @@ class Editor {
     double fan_ratio(int v) const;
 
     // Says whether triangles may stay as they are now: those around these vertices.
-    using Guard = std::function<bool(const Editor&, std::span<const int> vertices)>;
+    using Guard = std::function<bool(const EditorOf&, std::span<const int> vertices)>;
     void set_guard(Guard guard) { guard_ = std::move(guard); }
 
     // Applies the operation, relaxes what is around, keeps it only if the energy fell, counting a triangle more or less
     // at `mean`, and if the guard lets it.
-    enum class Operation {
-        Move,
-        Push,
-        Flip,
-        Collapse,
-        Split
-    };                                // Push: the origin of the edge goes some way along it before anything relaxes
-    enum class Reach { Near, Wide };  // the vertices of the operation relax, or their neighbours too
+    using Operation = gradus::Operation;
+    using Reach = gradus::Reach;
+    using Search = gradus::Search;
     bool attempt(Operation operation, int h, Aim aim, double mean, Reach reach = Reach::Near);
-    // Rise of the energy by a flip, before anything moves, up to which it may turn out well once the neighbours have
-    // moved too.
-    static constexpr double kHopefulRise = 1.6;
     // The same for two operations in a row, the second on any edge around: a way out where each alone makes things
     // worse.
-    enum class Search { Quick, Thorough };  // second operations that look promising, or all
     bool attempt_pair(Operation first, int h, double mean, Search search);
     // Flips or splits an edge between some vertices, or brings one of them or one that comes near a fault: the first
     // way that the guard lets pass of the dozen that leave the best shapes, judged before all around has settled.
@@ -255,8 +216,7 @@ class Editor {
   private:
     template <bool longest>
     double bound_length(int h) const {
-        const Vertex &a = vertices_[mesh_.origin(h)], &b = vertices_[mesh_.target(h)];
-        return (a.p - b.p).norm() / (longest ? std::min(a.h, b.h) : std::max(a.h, b.h));
+        return lengths_at_ends(vertices_[mesh_.origin(h)], vertices_[mesh_.target(h)])[longest];
     }
     // Whether an edge between two vertices would leave a crevice of the surface out.
     bool bridges(const Vertex& a, const Vertex& b) const;
@@ -291,6 +251,7 @@ class Editor {
     bool holds() const;
 
     const Support& support_;
+    const MetricField<M>& field_;
     std::vector<Vertex> vertices_;
     Connectivity mesh_;
     std::vector<int> stamp_;
@@ -320,5 +281,9 @@ class Editor {
     Trial* recording_ = nullptr;
     std::vector<int> touched_;
 };
+
+extern template class EditorOf<Size>;
+extern template class EditorOf<SizeTensor>;
+using Editor = EditorOf<Size>;
 
 }  // namespace gradus

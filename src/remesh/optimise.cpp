@@ -49,10 +49,11 @@ struct LengthAt {
 };
 
 // Metric lengths of the edges that are wanted: longer than, or shorter than, a limit.
+enum class Wanted { Long, Short };
+template <class M>
 class EdgesByLength {
   public:
-    enum class Wanted { Long, Short };
-    EdgesByLength(const Editor& editor, const OptimiseOptions& options, Wanted wanted, double limit)
+    EdgesByLength(const EditorOf<M>& editor, const OptimiseOptions& options, Wanted wanted, double limit)
         : editor_(editor), options_(options), wanted_(wanted), limit_(limit) {}
 
     // All of them, from the longest or the shortest on.
@@ -106,7 +107,7 @@ class EdgesByLength {
         });
     }
 
-    const Editor& editor_;
+    const EditorOf<M>& editor_;
     const OptimiseOptions& options_;
     Wanted wanted_;
     double limit_;
@@ -114,7 +115,8 @@ class EdgesByLength {
 };
 
 // Flips while energy plus weighted valence penalty falls: each flip lowers it, so this ends; the bound is for rounding.
-int flip_edges(Editor& editor, const OptimiseOptions& options,
+template <class M>
+int flip_edges(EditorOf<M>& editor, const OptimiseOptions& options,
                double highest = std::numeric_limits<double>::infinity()) {
     const Connectivity& mesh = editor.mesh();
     const int halfedges = 3 * mesh.num_triangles();
@@ -143,7 +145,8 @@ int flip_edges(Editor& editor, const OptimiseOptions& options,
 }
 
 // Triangles that the sizes ask for where the mesh is worked at.
-double predicted_triangles(const Editor& editor, const OptimiseOptions& options) {
+template <class M>
+double predicted_triangles(const EditorOf<M>& editor, const OptimiseOptions& options) {
     double sum = 0;
     for (int t = 0; t < editor.mesh().num_triangles(); ++t) {
         if (!editor.mesh().is_live_triangle(t)) continue;
@@ -155,8 +158,9 @@ double predicted_triangles(const Editor& editor, const OptimiseOptions& options)
 
 // Halves the edges that are too long, the longest first; where some are much too long, as those of needles are, flips
 // between the passes.
-void split_long(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
-    EdgesByLength long_edges(editor, options, EdgesByLength::Wanted::Long, kLongest);
+template <class M>
+void split_long(EditorOf<M>& editor, const OptimiseOptions& options, OptimiseReport& report) {
+    EdgesByLength long_edges(editor, options, Wanted::Long, kLongest);
     double longer_than = std::numeric_limits<double>::infinity();
     const double most = editor.mesh().num_live_triangles() + kMostGrowth * predicted_triangles(editor, options);
     std::vector<int> middles;
@@ -181,9 +185,10 @@ void split_long(Editor& editor, const OptimiseOptions& options, OptimiseReport& 
 }
 
 // Collapses the edges that are too short, the shortest first.
-int collapse_short(Editor& editor, const OptimiseOptions& options) {
+template <class M>
+int collapse_short(EditorOf<M>& editor, const OptimiseOptions& options) {
     const Connectivity& mesh = editor.mesh();
-    EdgesByLength short_edges(editor, options, EdgesByLength::Wanted::Short, kShortest);
+    EdgesByLength short_edges(editor, options, Wanted::Short, kShortest);
     const auto collapse = [&](int h) { return editor.can_collapse(h) && editor.collapse(h); };
     int collapses = 0;
     std::vector<int> kept;
@@ -206,7 +211,8 @@ int collapse_short(Editor& editor, const OptimiseOptions& options) {
     return collapses;
 }
 
-void smooth(Editor& editor, const OptimiseOptions& options, int sweeps) {
+template <class M>
+void smooth(EditorOf<M>& editor, const OptimiseOptions& options, int sweeps) {
     const Connectivity& mesh = editor.mesh();
     // Moves over the size that wake the neighbours, and those where the mesh is not worked at: what was proved there is
     // not to change for little.
@@ -224,7 +230,8 @@ void smooth(Editor& editor, const OptimiseOptions& options, int sweeps) {
         }
 }
 
-double mean_energy(const Editor& editor) {
+template <class M>
+double mean_energy(const EditorOf<M>& editor) {
     double sum = 0;
     int count = 0;
     for (int t = 0; t < editor.mesh().num_triangles(); ++t)
@@ -238,14 +245,16 @@ bool irregular(const Connectivity& mesh, int v) {
 
 // Flips that worsen valences, or the energy by much before anything moves, are next to never kept.
 // @param most_per_gain  added to `most` for each unit by which the valence penalty falls
-bool worth_a_flip(const Editor& editor, int h, double most, double most_per_gain) {
+template <class M>
+bool worth_a_flip(const EditorOf<M>& editor, int h, double most, double most_per_gain) {
     if (!editor.can_flip(h)) return false;
     const int gain = editor.flip_gain(h);
     return gain >= 0 && editor.flip_rise(h) < most + gain * most_per_gain;
 }
 
 // Tries the operations around irregular vertices, and again around each that was kept.
-void attempt_for_mean(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
+template <class M>
+void attempt_for_mean(EditorOf<M>& editor, const OptimiseOptions& options, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
     std::deque<int> queue;
@@ -282,11 +291,11 @@ void attempt_for_mean(Editor& editor, const OptimiseOptions& options, OptimiseRe
             bool kept = false;
             if (worth_a_flip(editor, h, kHopefulFlip, kHopefulPerGain)) {
                 ++report.attempts;
-                kept = editor.attempt(Editor::Operation::Flip, h, Aim::Mean, mean);
+                kept = editor.attempt(Operation::Flip, h, Aim::Mean, mean);
             }
             if (!kept && i < spokes && editor.length(h) < 1 && editor.collapse_gain(h) > 0 && editor.can_collapse(h)) {
                 ++report.attempts;
-                kept = editor.attempt(Editor::Operation::Collapse, h, Aim::Mean, mean);
+                kept = editor.attempt(Operation::Collapse, h, Aim::Mean, mean);
             }
             if (kept) {
                 ++report.kept;
@@ -298,18 +307,19 @@ void attempt_for_mean(Editor& editor, const OptimiseOptions& options, OptimiseRe
 }
 
 // Tries operations on the edges of a bad triangle, then on those around its corners. @returns whether one was kept
-bool improve_around(Editor& editor, int t, double mean, OptimiseReport& report) {
+template <class M>
+bool improve_around(EditorOf<M>& editor, int t, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     std::vector<int> candidates{3 * t, 3 * t + 1, 3 * t + 2};
     add_halfedges_around(mesh, mesh.triangle(t), candidates);
     const bool improved = any_halfedge(mesh, candidates, [&](int h, bool is_first) {
-        const auto attempt = [&](Editor::Operation operation) {
+        const auto attempt = [&](Operation operation) {
             ++report.worst_attempts;
-            return editor.attempt(operation, h, Aim::Worst, mean, Editor::Reach::Wide);
+            return editor.attempt(operation, h, Aim::Worst, mean, Reach::Wide);
         };
-        return (is_first && worth_a_flip(editor, h, Editor::kHopefulRise, 0) && attempt(Editor::Operation::Flip)) ||
+        return (is_first && worth_a_flip(editor, h, kHopefulRise, 0) && attempt(Operation::Flip)) ||
                (editor.length(h) < 1 && editor.collapse_gain(h) >= 0 && editor.can_collapse(h) &&
-                attempt(Editor::Operation::Collapse));
+                attempt(Operation::Collapse));
     });
     report.worst_kept += improved;
     return improved;
@@ -317,37 +327,38 @@ bool improve_around(Editor& editor, int t, double mean, OptimiseReport& report) 
 
 // Tries pairs of operations, the first on an edge of the triangle or, where its shape is very bad, of one around its
 // corners.
-bool improve_by_pairs(Editor& editor, int t, double goal, double mean, OptimiseReport& report) {
+template <class M>
+bool improve_by_pairs(EditorOf<M>& editor, int t, double goal, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     std::vector<int> edges{3 * t, 3 * t + 1, 3 * t + 2};
-    const auto search = editor.quality(t) < goal - kVeryBad ? Editor::Search::Thorough : Editor::Search::Quick;
-    if (search == Editor::Search::Thorough) add_halfedges_around(mesh, mesh.triangle(t), edges);
+    const auto search = editor.quality(t) < goal - kVeryBad ? Search::Thorough : Search::Quick;
+    if (search == Search::Thorough) add_halfedges_around(mesh, mesh.triangle(t), edges);
     const long last_move = editor.moves() + kMovesByPairs;
     const bool improved = any_halfedge(mesh, edges, [&](int h, bool is_first) {
         if (!is_first || editor.moves() > last_move) return false;
         const int g = mesh.twin(h);
-        const auto attempt = [&](Editor::Operation operation, int halfedge) {
+        const auto attempt = [&](Operation operation, int halfedge) {
             ++report.worst_attempts;
             return editor.attempt_pair(operation, halfedge, mean, search);
         };
-        return (editor.can_flip(h) && attempt(Editor::Operation::Flip, h)) ||
-               (editor.can_collapse(h) && attempt(Editor::Operation::Collapse, h)) ||
-               (g >= 0 && editor.can_collapse(g) && attempt(Editor::Operation::Collapse, g)) ||
-               attempt(Editor::Operation::Split, h);
+        return (editor.can_flip(h) && attempt(Operation::Flip, h)) ||
+               (editor.can_collapse(h) && attempt(Operation::Collapse, h)) ||
+               (g >= 0 && editor.can_collapse(g) && attempt(Operation::Collapse, g)) || attempt(Operation::Split, h);
     });
     report.worst_kept += improved;
     return improved;
 }
 
 // Tries to push its corners out of where they are stuck.
-bool improve_by_pushes(Editor& editor, int t, double mean, OptimiseReport& report) {
+template <class M>
+bool improve_by_pushes(EditorOf<M>& editor, int t, double mean, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     std::vector<int> spokes;
     for (const int v : mesh.triangle(t))
         if (editor.vertex(v).bound == Bound::Free) mesh.for_each_outgoing(v, [&](int h) { spokes.push_back(h); });
     for (const int h : spokes) {
         ++report.worst_attempts;
-        if (!editor.attempt(Editor::Operation::Push, h, Aim::Worst, mean, Editor::Reach::Wide)) continue;
+        if (!editor.attempt(Operation::Push, h, Aim::Worst, mean, Reach::Wide)) continue;
         ++report.worst_kept;
         return true;
     }
@@ -355,7 +366,8 @@ bool improve_by_pushes(Editor& editor, int t, double mean, OptimiseReport& repor
 }
 
 // Quality of a triangle, or less where a goal would be met but for edges at its corners that differ by much.
-double standing(const Editor& editor, int t, double goal) {
+template <class M>
+double standing(const EditorOf<M>& editor, int t, double goal) {
     double standing = editor.quality(t);
     for (const int v : editor.mesh().triangle(t))
         if (const double ratio = editor.fan_ratio(v); ratio > kWidestFan)
@@ -363,7 +375,8 @@ double standing(const Editor& editor, int t, double goal) {
     return standing;
 }
 
-int count_below(const Editor& editor, double goal) {
+template <class M>
+int count_below(const EditorOf<M>& editor, double goal) {
     int below = 0;
     for (int t = 0; t < editor.mesh().num_triangles(); ++t)
         if (editor.mesh().is_live_triangle(t) && !editor.is_frozen_triangle(t) && editor.quality(t) < goal) ++below;
@@ -373,8 +386,8 @@ int count_below(const Editor& editor, double goal) {
 // The same for the triangles that do not stand a goal, judged by a high power of the energy, worst first. The goal
 // rises to the one asked for, so that where many triangles are below it the bounded search goes to the worst of them.
 // The active triangles whose standing is below a goal, the worst first.
-template <class IsActive, class Standing>
-std::vector<std::pair<double, int>> triangles_below(const Editor& editor, double goal, const IsActive& is_active,
+template <class M, class IsActive, class Standing>
+std::vector<std::pair<double, int>> triangles_below(const EditorOf<M>& editor, double goal, const IsActive& is_active,
                                                     const Standing& standing_of) {
     const Connectivity& mesh = editor.mesh();
     std::vector<std::pair<double, int>> below;
@@ -386,7 +399,8 @@ std::vector<std::pair<double, int>> triangles_below(const Editor& editor, double
     return below;
 }
 
-void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseReport& report) {
+template <class M>
+void attempt_for_worst(EditorOf<M>& editor, const OptimiseOptions& options, OptimiseReport& report) {
     const Connectivity& mesh = editor.mesh();
     const double mean = mean_energy(editor);
     long vertices = 0;
@@ -432,8 +446,7 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
                 };
                 if (const auto last = hopeless.find(corners); last != hopeless.end() && was_tried(last->second))
                     continue;
-                const bool moved =
-                    editor.attempt(Editor::Operation::Move, 3 * t, Aim::Worst, mean, Editor::Reach::Wide);
+                const bool moved = editor.attempt(Operation::Move, 3 * t, Aim::Worst, mean, Reach::Wide);
                 if ((moved && standing_of(t) >= goal) || improve_around(editor, t, mean, report) || by_last_resorts(t))
                     ++kept_now;
                 else
@@ -448,7 +461,8 @@ void attempt_for_worst(Editor& editor, const OptimiseOptions& options, OptimiseR
 // Rows of long facets, halved, leave a lattice that is stretched though all its edges are unit, and that no single
 // operation improves. Where there is much of that its longest edges are split, and what follows makes a mesh without
 // rows. @returns how many
-int break_lattices(Editor& editor) {
+template <class M>
+int break_lattices(EditorOf<M>& editor) {
     const Connectivity& mesh = editor.mesh();
     const auto in_lattice = [&](int v) { return editor.vertex(v).bound == Bound::Free && mesh.valence(v) == 6; };
     std::vector<LengthAt> longest;
@@ -473,7 +487,8 @@ int break_lattices(Editor& editor) {
 }
 
 // Without a search the worst triangles still get better by moving their corners for their sake.
-void relax_worst(Editor& editor) {
+template <class M>
+void relax_worst(EditorOf<M>& editor) {
     const Connectivity& mesh = editor.mesh();
     for (int t = 0; t < mesh.num_triangles(); ++t) {
         if (!mesh.is_live_triangle(t) || editor.quality(t) >= kPoor) continue;
@@ -492,7 +507,8 @@ void take_report(const OptimiseReport& report, RemeshStatistics& statistics) {
     statistics.below_goal = report.below_goal;
 }
 
-double check_estimate(const ControlSpace& control, const RemeshOptions& options) {
+template <class M>
+double check_estimate(const InterpolatedField<M>& control, const RemeshOptions& options) {
     const double predicted = control.predicted_triangles(), least = control.least_relative_size();
     if (predicted > options.max_triangles)
         throw std::length_error(fmt::format("the size map asks for about {:.15g} triangles, more than {:.0f}",
@@ -504,7 +520,8 @@ double check_estimate(const ControlSpace& control, const RemeshOptions& options)
     return predicted;
 }
 
-OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock) {
+template <class M>
+OptimiseReport optimise(EditorOf<M>& editor, const OptimiseOptions& options, StageClock& clock) {
     OptimiseReport report;
     // What comes from a draft, or is changed in places, needs less.
     const bool is_rough = !options.fast && !options.fitted && options.active.empty();
@@ -518,7 +535,7 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
         smooth(editor, options, times);
     };
     const auto is_far_from_fit = [&] {
-        return !EdgesByLength(editor, options, EdgesByLength::Wanted::Long, kFarTooLong).list().empty();
+        return !EdgesByLength(editor, options, Wanted::Long, kFarTooLong).list().empty();
     };
     const int rounds = is_rough ? kFitRounds : 1, most_rounds = is_rough ? kMostFitRounds : 1;
     // Triangles that are given are far from what is asked for. Needles become few before they are split; then again, as
@@ -553,12 +570,20 @@ OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClo
     return report;
 }
 
-OptimiseReport polish(Editor& editor, double goal, std::vector<char> active, StageClock& clock) {
+template <class M>
+OptimiseReport polish(EditorOf<M>& editor, double goal, std::vector<char> active, StageClock& clock) {
     OptimiseReport report;
     attempt_for_worst(editor, {.goal = goal, .fans = true, .active = std::move(active)}, report);
     editor.renumber();
     clock.done("polishing");
     return report;
 }
+
+template double check_estimate(const InterpolatedField<Size>& control, const RemeshOptions& options);
+template OptimiseReport optimise(EditorOf<Size>& editor, const OptimiseOptions& options, StageClock& clock);
+template OptimiseReport polish(EditorOf<Size>& editor, double goal, std::vector<char> active, StageClock& clock);
+template double check_estimate(const InterpolatedField<SizeTensor>& control, const RemeshOptions& options);
+template OptimiseReport optimise(EditorOf<SizeTensor>& editor, const OptimiseOptions& options, StageClock& clock);
+template OptimiseReport polish(EditorOf<SizeTensor>& editor, double goal, std::vector<char> active, StageClock& clock);
 
 }  // namespace gradus

@@ -31,12 +31,15 @@ void take_report(const OptimiseReport& report, RemeshStatistics& statistics);
 /// @returns the number of triangles predicted
 /// @throws std::length_error where there are more than allowed
 /// @throws std::invalid_argument where sizes are lost in the rounding of coordinates
-double check_estimate(const ControlSpace& control, const RemeshOptions& options);
+template <class M>
+double check_estimate(const InterpolatedField<M>& control, const RemeshOptions& options);
 
-OptimiseReport optimise(Editor& editor, const OptimiseOptions& options, StageClock& clock);
+template <class M>
+OptimiseReport optimise(EditorOf<M>& editor, const OptimiseOptions& options, StageClock& clock);
 
 /// Only the search for better worst triangles, by operations that the editor's guard lets pass. @param active  as in
 /// OptimiseOptions
-OptimiseReport polish(Editor& editor, double goal, std::vector<char> active, StageClock& clock);
+template <class M>
+OptimiseReport polish(EditorOf<M>& editor, double goal, std::vector<char> active, StageClock& clock);
 
 }  // namespace gradus

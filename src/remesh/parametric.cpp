@@ -125,10 +125,12 @@ std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport
     for (int v = 0; v < corners; ++v) {
         const SurfacePoint at = model.vertices()[v].places.front();
         const bool fixed = on_feature[v] || model.vertices()[v].tip;
-        take_foot(vertices[v], support.foot({at, -1, 0, control.locate(at), fixed ? v : -1}));
+        stand(vertices[v], support.foot({at, -1, 0, control.locate(at), fixed ? v : -1}), support, control);
         vertices[v].bound = fixed ? Bound::Fixed : Bound::Free;
         if (const auto junction = support.junction(v)) {
-            take_foot(vertices[v], support.foot(*junction));
+            Place place = *junction;
+            place.cell = control.locate(place.at);
+            stand(vertices[v], support.foot(place), support, control);
             vertices[v].bound = Bound::Curve;
         }
         if ((on_crease[v] || model.vertices()[v].tip) && vertices[v].bound == Bound::Fixed)
@@ -139,7 +141,7 @@ std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport
         for (int i = 1; i + 1 < static_cast<int>(curves.t[c].size()); ++i) {
             const SurfacePoint at = model.on_curve(c, 0, curves.t[c][i]);
             Vertex& v = vertices[curves.number(model, c, i)];
-            take_foot(v, support.foot({at, feature ? c : -1, curves.t[c][i], control.locate(at)}));
+            stand(v, support.foot({at, feature ? c : -1, curves.t[c][i], control.locate(at)}), support, control);
             v.bound = feature ? Bound::Curve : Bound::Free;
         }
     }
@@ -147,7 +149,7 @@ std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport
         const PatchMesh& mesh = assembly.patches()[p];
         for (std::size_t i = 0; i < mesh.uv.size(); ++i)
             if (mesh.number[i] >= curves.count)
-                take_foot(vertices[mesh.number[i]], support.foot({{p, mesh.uv[i]}, -1, 0, mesh.cell[i]}));
+                stand(vertices[mesh.number[i]], support.foot({{p, mesh.uv[i]}, -1, 0, mesh.cell[i]}), support, control);
     }
     return vertices;
 }
@@ -171,10 +173,10 @@ RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, cons
     const double most_points = std::max(kFew, kManyMore * statistics.predicted_triangles);
     const PatchMeshes assembly(model, curves, size, static_cast<std::size_t>(std::min(most_points, 5e7)));
     clock.done("generation");
-    const PatchSupport support(model, control);
+    const PatchSupport support(model);
     Connectivity mesh(assembly.num_vertices(), assembly.triangles());
     tag_features(model, support, curves, mesh);
-    Editor editor(support, place_vertices(model, support, control, curves, assembly), std::move(mesh));
+    Editor editor(support, control, place_vertices(model, support, control, curves, assembly), std::move(mesh));
     statistics.generated_triangles = editor.mesh().num_live_triangles();
     clock.done("assembly");
 

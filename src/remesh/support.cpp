@@ -27,8 +27,7 @@ void between_sides(const Eigen::Vector3d& a, const Eigen::Vector3d& b, Foot& foo
 
 Foot PatchSupport::foot(const Place& place) const {
     GRADUS_ASSERT(place.curve < 0 || (place.t >= 0 && place.t <= 1));
-    Foot foot{place, model_.position(place.at), model_.normal(place.at), 0};
-    foot.size = control_.size(foot.point, foot.place.cell);
+    Foot foot{place, model_.position(place.at), model_.normal(place.at)};
     if (place.curve >= 0 && model_.curves()[place.curve].kind == CurveKind::Crease)
         between_sides(model_.normal(model_.on_curve(place.curve, 0, place.t)),
                       model_.normal(model_.on_curve(place.curve, 1, place.t)), foot);
@@ -66,11 +65,10 @@ std::optional<Foot> PatchSupport::move(const Place& from, const Eigen::Vector3d&
         jet = patch->jet1(at.uv);
     }
     if (!arrived) return std::nullopt;
-    Foot foot{{at, -1, 0, from.cell}, jet.p, jet.du.cross(jet.dv), 0};
+    Foot foot{{at, -1, 0, from.cell}, jet.p, jet.du.cross(jet.dv)};
     const double length = foot.normal.norm();
     if (!(length > 0)) return std::nullopt;
     foot.normal /= model_.flipped(at.patch) ? -length : length;
-    foot.size = control_.size(foot.point, foot.place.cell);
     return foot;
 }
 
@@ -80,8 +78,8 @@ Eigen::Vector3d PatchSupport::leaving(int curve, bool from_end) const {
     return from_end ? Eigen::Vector3d(-along) : along;
 }
 
-PatchSupport::PatchSupport(const SurfaceModel& model, const ControlSpace& control)
-    : model_(model), control_(control), links_(model.curves().size()), junctions_(model.vertices().size()) {
+PatchSupport::PatchSupport(const SurfaceModel& model)
+    : model_(model), links_(model.curves().size()), junctions_(model.vertices().size()) {
     link_curves();
 }
 
@@ -129,8 +127,7 @@ std::optional<Place> PatchSupport::junction(int model_vertex) const {
     const auto [curve, at_end] = junctions_[model_vertex];
     if (curve < 0) return std::nullopt;
     const double t = at_end ? 1 : 0;
-    const SurfacePoint at = model_.on_curve(curve, 0, t);
-    return Place{at, curve, t, control_.locate(at)};
+    return Place{model_.on_curve(curve, 0, t), curve, t};
 }
 
 double PatchSupport::chain_parameter(const Place& place) const {

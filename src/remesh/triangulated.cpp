@@ -61,12 +61,8 @@ std::array<double, 3> weights_of(const Place& place) {
 
 }  // namespace
 
-TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control)
-    : surface_(surface),
-      features_(features),
-      control_(control),
-      kept_(kKept),
-      curve_of_(surface.mesh().num_vertices(), {-1, 0.0}) {
+TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& features)
+    : surface_(surface), features_(features), kept_(kKept), curve_of_(surface.mesh().num_vertices(), {-1, 0.0}) {
     const auto points = surface.points();
     for (const FeatureChain& chain : features.chains) {
         Curve curve{{0.0}, {}, chain.closed};
@@ -81,10 +77,10 @@ TriangleSupport::TriangleSupport(const SmoothSupport& surface, const Features& f
 }
 
 // Where the surface folds within much less than the size its normal is that between the sides of the fold.
-void TriangleSupport::spread_normals(Foot& foot) const {
+void TriangleSupport::spread_normals(Foot& foot, double reach) const {
     const Connectivity& mesh = surface_.mesh();
     const int triangle = foot.place.at.patch;
-    const double reach2 = kNearFold * kNearFold * foot.size * foot.size;
+    const double reach2 = reach * reach;
     // Far from the sides of its facet, a place is far from folds.
     const auto corners = mesh.triangle(triangle);
     const std::array<Vector3d, 3> p{surface_.points()[corners[0]], surface_.points()[corners[1]],
@@ -96,16 +92,16 @@ void TriangleSupport::spread_normals(Foot& foot) const {
         is_near = is_near || w[k] * w[k] * area2 < reach2 * (p[(k + 2) % 3] - p[(k + 1) % 3]).squaredNorm();
     if (!is_near) return;
     near_.assign({{triangle, surface_.facet_normal(triangle)}});
-    list_near(foot);
+    list_near(foot, reach);
     if (near_.size() == 1) return;
     const auto [one, other] = farthest_apart(foot.normal);
     if (one.dot(other) < SmoothSupport::kFold) between_sides(one, other, foot);
 }
 
 // Adds to those listed the facets that are reached, without crossing a feature, across sides that are near.
-void TriangleSupport::list_near(const Foot& foot) const {
+void TriangleSupport::list_near(const Foot& foot, double reach) const {
     const Connectivity& mesh = surface_.mesh();
-    const double reach2 = kNearFold * kNearFold * foot.size * foot.size;
+    const double reach2 = reach * reach;
     const auto is_side_near = [&](int h) {
         const Vector3d &a = surface_.points()[mesh.origin(h)], along = surface_.points()[mesh.target(h)] - a,
                        to = foot.point - a;
@@ -150,32 +146,49 @@ Vector3d TriangleSupport::point_at(const Place& place) const {
 
 Foot TriangleSupport::foot(const Place& place) const {
     const auto& [triangle, uv] = place.at;
-    return foot_of({place, patch(triangle).point(uv.x(), uv.y()), patch(triangle).normal(uv.x(), uv.y()), 0});
+    return foot_of({place, patch(triangle).point(uv.x(), uv.y()), patch(triangle).normal(uv.x(), uv.y())});
+}
+
+// The half-edges on the two sides of a place of a curve, with the normals there; the second is -1 at a boundary.
+std::pair<int, int> TriangleSupport::sides_at(const Place& place, std::array<Vector3d, 2>& normals) const {
+    // The same point of the curve as the triangle on the other side has it.
+    const auto [h, s] = edge_at(place.curve, place.t);
+    const int g = surface_.mesh().twin(h);
+    if (g < 0) return {h, g};
+    const Eigen::Vector2d here = on_halfedge(h, s), there = on_halfedge(g, 1 - s);
+    normals[0] = patch(h / 3).normal(here.x(), here.y());
+    normals[1] = patch(g / 3).normal(there.x(), there.y());
+    return {h, g};
 }
 
 // A point of the surface and its normal, which become the foot that they are of.
 Foot TriangleSupport::foot_of(Foot foot) const {
-    const Place& place = foot.place;
-    const int triangle = place.at.patch;
-    foot.size = control_.size(foot.point, foot.place.cell);
-    if (place.curve < 0) {
-        if (surface_.folds_near(triangle)) spread_normals(foot);
-        return foot;
-    }
-    // The same point of the curve as the triangle on the other side has it.
-    const auto [h, s] = edge_at(place.curve, place.t);
-    if (const int g = surface_.mesh().twin(h); g >= 0) {
-        const Eigen::Vector2d here = on_halfedge(h, s), there = on_halfedge(g, 1 - s);
-        const Vector3d one = patch(h / 3).normal(here.x(), here.y()), other = patch(g / 3).normal(there.x(), there.y());
-        between_sides(one, other, foot);
-        if (!surface_.folds_near(h / 3) && !surface_.folds_near(g / 3)) return foot;
-        near_.assign({{h / 3, one}, {g / 3, other}});
-        list_near(foot);
-        if (near_.size() == 2) return foot;
-        const auto [a, b] = farthest_apart(foot.normal);
-        if (a.dot(b) < one.dot(other)) between_sides(a, b, foot);
-    }
+    if (foot.place.curve < 0) return foot;
+    std::array<Vector3d, 2> normals;
+    if (sides_at(foot.place, normals).second >= 0) between_sides(normals[0], normals[1], foot);
     return foot;
+}
+
+void TriangleSupport::settle(Foot& foot, double size) const {
+    const double reach = kNearFold * size;
+    if (foot.place.curve >= 0)
+        spread_over_sides(foot, reach);
+    else if (surface_.folds_near(foot.place.at.patch))
+        spread_normals(foot, reach);
+}
+
+// The same at a crease that has folds beside it.
+void TriangleSupport::spread_over_sides(Foot& foot, double reach) const {
+    const auto [h, s] = edge_at(foot.place.curve, foot.place.t);
+    const int twin = surface_.mesh().twin(h);
+    if (twin < 0 || (!surface_.folds_near(h / 3) && !surface_.folds_near(twin / 3))) return;
+    std::array<Vector3d, 2> normals;
+    sides_at(foot.place, normals);
+    near_.assign({{h / 3, normals[0]}, {twin / 3, normals[1]}});
+    list_near(foot, reach);
+    if (near_.size() == 2) return;
+    const auto [a, b] = farthest_apart(foot.normal);
+    if (a.dot(b) < normals[0].dot(normals[1])) between_sides(a, b, foot);
 }
 
 Foot TriangleSupport::at_vertex(int vertex, int cell) const {
@@ -183,8 +196,7 @@ Foot TriangleSupport::at_vertex(int vertex, int cell) const {
     const auto [curve, t] = curve_of_[vertex];
     return foot_of({{{h / 3, on_halfedge(h, 0)}, curve, t, cell},
                     surface_.points()[vertex],
-                    surface_.normal_at_corner(h / 3, h % 3),
-                    0});
+                    surface_.normal_at_corner(h / 3, h % 3)});
 }
 
 std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& point, const Vector3d& target) const {
@@ -208,8 +220,7 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& poi
     if (best.barred) return std::nullopt;
     const auto foot_at = [&](const SmoothSupport::Foot& at) {
         const GregoryPatch& patch = this->patch(at.triangle);
-        return Foot{
-            {{at.triangle, {at.b, at.c}}, -1, 0, from.cell}, patch.point(at.b, at.c), patch.normal(at.b, at.c), 0};
+        return Foot{{{at.triangle, {at.b, at.c}}, -1, 0, from.cell}, patch.point(at.b, at.c), patch.normal(at.b, at.c)};
     };
     Foot foot = foot_at(best);
     const double goal2 = (target - point).squaredNorm();
@@ -222,8 +233,6 @@ std::optional<Foot> TriangleSupport::move(const Place& from, const Vector3d& poi
         best = next;
         foot = foot_at(best);
     }
-    foot.size = control_.size(foot.point, foot.place.cell);
-    if (surface_.folds_near(best.triangle)) spread_normals(foot);
     return foot;
 }
 
@@ -441,13 +450,14 @@ namespace {
 
 // @param order  vertices of the triangulation
 std::vector<Vertex> place_vertices(const TriangulatedSurface& surface, const TriangleSupport& support,
-                                   const Frozen& frozen, std::span<const int> cells, std::span<const int> order) {
+                                   const ControlSpace& control, const Frozen& frozen, std::span<const int> cells,
+                                   std::span<const int> order) {
     const Connectivity& mesh = surface.support.mesh();
     std::vector<Vertex> vertices(order.size());
     for (std::size_t i = 0; i < order.size(); ++i) {
         const int v = order[i];
         Vertex& x = vertices[i];
-        take_foot(x, support.at_vertex(v, cells[v]));
+        stand(x, support.at_vertex(v, cells[v]), support, control);
         x.p = surface.support.points()[v];
         if (surface.features.corner[v] || frozen.has_vertex(v))
             x.bound = Bound::Fixed;
@@ -469,17 +479,17 @@ Connectivity with_frozen_edges(Connectivity mesh, const Frozen& frozen) {
 
 // Of the triangulation's own mesh.
 std::unique_ptr<Editor> first_editor(const TriangulatedSurface& surface, const TriangleSupport& support,
-                                     const Frozen& frozen, std::span<const int> cells) {
+                                     const ControlSpace& control, const Frozen& frozen, std::span<const int> cells) {
     const Connectivity::Numbering numbering = surface.support.mesh().breadth_first();
     Connectivity mesh = with_frozen_edges(surface.support.mesh(), frozen).renumbered(numbering);
-    return std::make_unique<Editor>(support, place_vertices(surface, support, frozen, cells, numbering.vertices),
+    return std::make_unique<Editor>(support, control,
+                                    place_vertices(surface, support, control, frozen, cells, numbering.vertices),
                                     std::move(mesh));
 }
 
 std::vector<Vertex> with_sizes(const Connectivity& mesh, std::vector<Vertex> vertices, std::span<const double> sizes) {
     for (std::size_t v = 0; v < vertices.size(); ++v) {
-        vertices[v].h = sizes[v];
-        vertices[v].g = std::cbrt(sizes[v] * sizes[v]);
+        take_size(vertices[v], sizes[v]);
         vertices[v].place.cell = mesh.outgoing(static_cast<int>(v)) / 3;
     }
     return vertices;
@@ -693,11 +703,12 @@ class Remesher {
              const RemeshOptions& options, MeshChecks* checks)
         : surface_(surface), options_(options), checks_(checks), clock_(result_.statistics.seconds) {
         expect(control);
-        support_ = std::make_unique<TriangleSupport>(surface.support, surface.features, control);
+        support_ = std::make_unique<TriangleSupport>(surface.support, surface.features);
+        control_ = &control;
         const Frozen frozen = surface.required
                                   ? frozen_elements(surface.support.points(), surface.support.mesh(), *surface.required)
                                   : Frozen{};
-        editor_ = first_editor(surface, *support_, frozen, cells);
+        editor_ = first_editor(surface, *support_, control, frozen, cells);
         result_.statistics.generated_triangles = editor_->mesh().num_live_triangles();
         clock_.done("assembly");
     }
@@ -741,10 +752,9 @@ class Remesher {
     // Starts from a mesh, that of the result, with other sizes at its vertices.
     void start_from(const Connectivity& mesh, const std::vector<Vertex>& vertices, std::span<const double> sizes) {
         auto finer = std::make_unique<ControlSpace>(result_.mesh.points, mesh, sizes);
-        auto on_it = std::make_unique<TriangleSupport>(surface_.support, surface_.features, *finer);
-        editor_ = std::make_unique<Editor>(*on_it, with_sizes(mesh, vertices, sizes), mesh);
-        support_ = std::move(on_it);
+        editor_ = std::make_unique<Editor>(*support_, *finer, with_sizes(mesh, vertices, sizes), mesh);
         own_ = std::move(finer);
+        control_ = own_.get();
         clock_.done("assembly");
     }
 
@@ -823,7 +833,7 @@ class Remesher {
         const double few = std::max(kFewFaultsInAll, kFewFaults * static_cast<double>(mesh.triangles.size()));
         for (int mendings = 0; !faults.empty() && static_cast<double>(faults.size()) <= few && mendings < kMostMendings;
              ++mendings) {
-            auto mender = std::make_unique<Editor>(*support_, editor->vertices(), editor->mesh());
+            auto mender = std::make_unique<Editor>(*support_, *control_, editor->vertices(), editor->mesh());
             const bool any = mend(*mender, mesh, faults, *checks_);
             clock_.done("mending");
             if (!any) break;
@@ -850,7 +860,7 @@ class Remesher {
                                              [&](const Vector3d& p) { return (p - v.p).norm() < kAroundBad * v.h; }));
         std::vector<Vector3d> barred;
         for (int attempt = 1; attempt <= kMostAttempts; ++attempt) {
-            auto polisher = std::make_unique<Editor>(*support_, editor_->vertices(), editor_->mesh());
+            auto polisher = std::make_unique<Editor>(*support_, *control_, editor_->vertices(), editor_->mesh());
             polisher->set_guard([&](const Editor& now, std::span<const int> vertices) {
                 return std::none_of(vertices.begin(), vertices.end(),
                                     [&](int v) { return is_around(now.vertex(v).p, now.vertex(v).h, barred); }) &&
@@ -955,7 +965,8 @@ class Remesher {
     MeshChecks* checks_;
     RemeshResult result_;
     StageClock clock_;
-    std::unique_ptr<ControlSpace> own_;  // sizes at the vertices of the last mesh that was begun from
+    const ControlSpace* control_ = nullptr;  // of the editor
+    std::unique_ptr<ControlSpace> own_;      // sizes at the vertices of the last mesh that was begun from
     std::unique_ptr<TriangleSupport> support_;
     std::unique_ptr<Editor> editor_;
     bool given_ = true, fitted_ = false;  // see OptimiseOptions

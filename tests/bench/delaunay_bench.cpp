@@ -9,7 +9,7 @@ using namespace gradus::planar_cases;
 
 namespace {
 
-void run(benchmark::State& state, const PlanarDomain& domain, const MetricField& metric) {
+void run(benchmark::State& state, const PlanarDomain& domain, const PlaneMetric& metric) {
     std::size_t points = 0;
     for (auto _ : state) {
         const PlanarMesh mesh = mesh_domain(domain, metric);
@@ -22,7 +22,7 @@ void run(benchmark::State& state, const PlanarDomain& domain, const MetricField&
 }
 
 void uniform_square(benchmark::State& state) {
-    const MetricField metric = uniform_metric(1.0 / static_cast<double>(state.range(0)));
+    const PlaneMetric metric = uniform_metric(1.0 / static_cast<double>(state.range(0)));
     PlanarDomain domain;
     add_rectangle(domain, metric, 1, 1);
     run(state, domain, metric);
@@ -31,14 +31,14 @@ void uniform_square(benchmark::State& state) {
 /// Sizes from 1 in the middle to 50 on the boundary.
 void radial_square(benchmark::State& state) {
     const double coarse = 1.0 / static_cast<double>(state.range(0));
-    const MetricField metric = radial_metric({0.5, 0.5}, coarse / 50, coarse / 0.6);
+    const PlaneMetric metric = radial_metric({0.5, 0.5}, coarse / 50, coarse / 0.6);
     PlanarDomain domain;
     add_rectangle(domain, metric, 1, 1);
     run(state, domain, metric);
 }
 
 void polar_cone(benchmark::State& state) {
-    const MetricField metric = polar_metric(1.0 / static_cast<double>(state.range(0)));
+    const PlaneMetric metric = polar_metric(1.0 / static_cast<double>(state.range(0)));
     PlanarDomain domain;
     add_rectangle(domain, metric, 1.5707963267948966, 1);
     run(state, domain, metric);

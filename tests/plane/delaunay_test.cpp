@@ -50,13 +50,13 @@ void require_sound(const PlanarMesh& mesh, const PlanarDomain& domain) {
     CHECK(mesh.statistics.lost_walks == 0);
 }
 
-PlanarDomain square(const MetricField& metric) {
+PlanarDomain square(const PlaneMetric& metric) {
     PlanarDomain domain;
     add_rectangle(domain, metric, 1, 1);
     return domain;
 }
 
-PlanarDomain ring(const MetricField& metric) {
+PlanarDomain ring(const PlaneMetric& metric) {
     PlanarDomain domain;
     add_circle(domain, metric, {0, 0}, 1);
     PlanarDomain hole;
@@ -67,13 +67,13 @@ PlanarDomain ring(const MetricField& metric) {
     return domain;
 }
 
-PlanarDomain l_shape(const MetricField& metric) {
+PlanarDomain l_shape(const PlaneMetric& metric) {
     PlanarDomain domain;
     add_polygon(domain, metric, {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}});
     return domain;
 }
 
-PlanarDomain comb(const MetricField& metric) {
+PlanarDomain comb(const PlaneMetric& metric) {
     std::vector<Vector2d> corners{{0, 0}, {1.9, 0}};
     for (int tooth = 9; tooth >= 0; --tooth) {
         corners.emplace_back(0.2 * tooth + 0.1, 1);
@@ -88,7 +88,7 @@ PlanarDomain comb(const MetricField& metric) {
 }
 
 /// A pole at v = 0: one segment of length 0 between its corners.
-PlanarDomain cone(const MetricField& metric, double angle) {
+PlanarDomain cone(const PlaneMetric& metric, double angle) {
     PlanarDomain domain;
     add_rectangle(domain, metric, angle, 1);
     return domain;
@@ -116,7 +116,7 @@ double deepest_intrusion(const PlanarMesh& mesh) {
 }  // namespace
 
 TEST_CASE("Meshes of all domains are sound and nearly unit", "[delaunay][property]") {
-    const MetricField metric =
+    const PlaneMetric metric =
         GENERATE(uniform_metric(0.05), uniform_metric(0.023), radial_metric({0.3, 0.4}, 0.01, 0.2));
     const PlanarDomain domain = GENERATE_COPY(square(metric), ring(metric), l_shape(metric));
     const PlanarMesh mesh = mesh_domain(domain, metric);
@@ -131,7 +131,7 @@ TEST_CASE("Meshes of all domains are sound and nearly unit", "[delaunay][propert
 
 TEST_CASE("A comb is meshed into its teeth, narrow or wide", "[delaunay][property]") {
     const double size = GENERATE(0.3, 0.05, 0.013);
-    const MetricField metric = uniform_metric(size);
+    const PlaneMetric metric = uniform_metric(size);
     const PlanarDomain domain = comb(metric);
     const PlanarMesh mesh = mesh_domain(domain, metric);
     require_sound(mesh, domain);
@@ -147,7 +147,7 @@ TEST_CASE("In the identity metric the mesh is Delaunay", "[delaunay][property]")
 }
 
 TEST_CASE("In the identity metric the mesh of a domain with a hole is locally Delaunay", "[delaunay][property]") {
-    const MetricField metric = uniform_metric(0.04);
+    const PlaneMetric metric = uniform_metric(0.04);
     const PlanarMesh mesh = mesh_domain(ring(metric), metric);
     std::map<Edge, int> apex;
     for (const auto& t : mesh.triangles)
@@ -165,7 +165,7 @@ TEST_CASE("In the identity metric the mesh of a domain with a hole is locally De
 }
 
 TEST_CASE("Uniform meshes are mostly regular", "[delaunay]") {
-    const MetricField metric = uniform_metric(1 / 70.0);
+    const PlaneMetric metric = uniform_metric(1 / 70.0);
     const Facts facts = measure(mesh_domain(square(metric), metric), metric);
     CHECK(facts.mean_quality > 0.98);
     CHECK(facts.worst_quality > 0.5);
@@ -173,7 +173,7 @@ TEST_CASE("Uniform meshes are mostly regular", "[delaunay]") {
 }
 
 TEST_CASE("Sizes may range over a factor of fifty", "[delaunay]") {
-    const MetricField metric = radial_metric({0, 0}, 0.0008, 0.04 / 1.4142);
+    const PlaneMetric metric = radial_metric({0, 0}, 0.0008, 0.04 / 1.4142);
     const PlanarDomain domain = square(metric);
     const PlanarMesh mesh = mesh_domain(domain, metric);
     require_sound(mesh, domain);
@@ -185,7 +185,7 @@ TEST_CASE("Sizes may range over a factor of fifty", "[delaunay]") {
 }
 
 TEST_CASE("A size map with wild jumps still gives a sound mesh", "[delaunay][property]") {
-    const MetricField metric = [](const Vector2d& p, int&) {
+    const PlaneMetric metric = [](const Vector2d& p, int&) {
         const double h = std::abs(p.x() - 0.5) < 0.1 && p.y() > 0.3 ? 0.002 : 0.1;
         return Matrix2d(Matrix2d::Identity() / (h * h));
     };
@@ -196,7 +196,7 @@ TEST_CASE("A size map with wild jumps still gives a sound mesh", "[delaunay][pro
 }
 
 TEST_CASE("A scaling by powers of two of the plane gives the same mesh exactly", "[delaunay][exact]") {
-    const MetricField isotropic = uniform_metric(0.06);
+    const PlaneMetric isotropic = uniform_metric(0.06);
     const PlanarDomain domain = ring(isotropic);
     const PlanarMesh expected = mesh_domain(domain, isotropic);
     const Vector2d scale =
@@ -214,13 +214,13 @@ TEST_CASE("An anisotropic constant metric gives what a linear map of the isotrop
     const Matrix2d map =
         GENERATE(Matrix2d(Matrix2d{{1, 0.7}, {0, 0.5}}), Matrix2d(Matrix2d{{0.001, 0}, {0, 1}}),
                  Matrix2d(Matrix2d{{0.6, -0.8}, {800, 600}}), Matrix2d(Matrix2d{{30, 29}, {0.3, 0.31}}));
-    const MetricField isotropic = uniform_metric(0.04);
+    const PlaneMetric isotropic = uniform_metric(0.04);
     const PlanarDomain domain = ring(isotropic);
     const Facts expected = measure(mesh_domain(domain, isotropic), isotropic);
     PlanarDomain mapped = domain;
     for (Vector2d& p : mapped.points) p = map * p;
     const Matrix2d inverse = map.inverse();
-    const MetricField metric = constant_metric(inverse.transpose() * inverse / (0.04 * 0.04));
+    const PlaneMetric metric = constant_metric(inverse.transpose() * inverse / (0.04 * 0.04));
     const PlanarMesh mesh = mesh_domain(mapped, metric);
     require_sound(mesh, mapped);
     const Facts facts = measure(mesh, metric);
@@ -231,7 +231,7 @@ TEST_CASE("An anisotropic constant metric gives what a linear map of the isotrop
 }
 
 TEST_CASE("A parametrisation stretched a thousand times is meshed as well", "[delaunay]") {
-    const MetricField metric = constant_metric(Vector2d(1e6, 1).asDiagonal().toDenseMatrix() * 900);
+    const PlaneMetric metric = constant_metric(Vector2d(1e6, 1).asDiagonal().toDenseMatrix() * 900);
     PlanarDomain domain;
     add_rectangle(domain, metric, 0.001, 1);
     const PlanarMesh mesh = mesh_domain(domain, metric);
@@ -243,7 +243,7 @@ TEST_CASE("A parametrisation stretched a thousand times is meshed as well", "[de
 
 TEST_CASE("A collapsed side is met as a point", "[delaunay]") {
     const double angle = GENERATE(0.5, 1.5707963267948966, kPi, 2 * kPi);
-    const MetricField metric = polar_metric(0.03);
+    const PlaneMetric metric = polar_metric(0.03);
     const PlanarDomain domain = cone(metric, angle);
     const PlanarMesh mesh = mesh_domain(domain, metric);
     require_sound(mesh, domain);
@@ -262,7 +262,7 @@ TEST_CASE("A collapsed side is met as a point", "[delaunay]") {
 TEST_CASE("A sphere in longitude and latitude is meshed between its poles, drawn as one segment or several",
           "[delaunay]") {
     const double size = 0.08;
-    const MetricField metric = [=](const Vector2d& p, int&) {
+    const PlaneMetric metric = [=](const Vector2d& p, int&) {
         const double c = std::abs(p.y()) < kPi / 2 ? std::cos(p.y()) : 0;
         return Matrix2d(Vector2d(c * c, 1).asDiagonal().toDenseMatrix() / (size * size));
     };
@@ -286,7 +286,7 @@ TEST_CASE("A sphere in longitude and latitude is meshed between its poles, drawn
 TEST_CASE("A boundary far finer than asked for is not taken for a pole", "[delaunay]") {
     PlanarDomain domain;
     add_circle(domain, uniform_metric(0.0005), {0, 0}, 1);
-    const MetricField metric = uniform_metric(0.6);
+    const PlaneMetric metric = uniform_metric(0.6);
     const PlanarMesh mesh = mesh_domain(domain, metric);
     require_sound(mesh, domain);
     CHECK(mesh.statistics.front_points + mesh.statistics.split_points > 0);
@@ -298,7 +298,7 @@ TEST_CASE("Random star polygons with random metrics give sound meshes", "[delaun
     std::uniform_real_distribution<double> unit(0, 1);
     const double stretch = std::pow(10.0, 4 * unit(random) - 2), size = std::pow(10.0, -0.5 - unit(random));
     const double waves = 6 * unit(random), shear = unit(random) - 0.5;
-    const MetricField metric = [=](const Vector2d& p, int&) {
+    const PlaneMetric metric = [=](const Vector2d& p, int&) {
         const double h = size * std::pow(2.0, std::sin(waves * p.x()) + std::cos(waves * p.y() / stretch));
         const Matrix2d to_unit{{1 / h, shear / (h * stretch)}, {0, 1 / (h * stretch)}};
         return Matrix2d(to_unit.transpose() * to_unit);
@@ -321,7 +321,7 @@ TEST_CASE("Domains with nothing inside are triangulated as they are", "[delaunay
     CHECK(one.points.size() == 3);
     // Nested loops: even-odd keeps the island.
     PlanarDomain nested;
-    const MetricField metric = uniform_metric(0.25);
+    const PlaneMetric metric = uniform_metric(0.25);
     add_rectangle(nested, metric, 3, 3);
     for (const double inset : {0.75, 1.25}) {
         const double end = 3 - inset;
@@ -337,7 +337,7 @@ TEST_CASE("Domains with nothing inside are triangulated as they are", "[delaunay
 }
 
 TEST_CASE("Isolated points become vertices inside and are counted outside", "[delaunay]") {
-    const MetricField metric = uniform_metric(0.1);
+    const PlaneMetric metric = uniform_metric(0.1);
     PlanarDomain domain = square(metric);
     domain.points.emplace_back(0.431, 0.577);
     domain.points.emplace_back(3, 3);
@@ -351,19 +351,19 @@ TEST_CASE("Isolated points become vertices inside and are counted outside", "[de
 }
 
 TEST_CASE("The target scales the unit of length", "[delaunay]") {
-    const MetricField metric = uniform_metric(0.02), coarse = uniform_metric(0.04);
+    const PlaneMetric metric = uniform_metric(0.02), coarse = uniform_metric(0.04);
     const PlanarDomain domain = square(coarse);
     const PlanarMesh expected = mesh_domain(domain, coarse), mesh = mesh_domain(domain, metric, {.target = 2});
     CHECK(mesh.triangles == expected.triangles);
 }
 
 TEST_CASE("The metric is asked inside the domain, with the hint of a nearby point", "[delaunay][property]") {
-    const MetricField plain = uniform_metric(0.05);
+    const PlaneMetric plain = uniform_metric(0.05);
     const PlanarDomain domain = l_shape(plain);
     std::vector<Vector2d> asked;
     double farthest = 0;
     bool outside = false;
-    const MetricField metric = [&](const Vector2d& p, int& hint) {
+    const PlaneMetric metric = [&](const Vector2d& p, int& hint) {
         if (hint >= 0) farthest = std::max(farthest, (p - asked[hint]).norm());
         outside |= p.x() < 0 || p.y() < 0 || p.x() > 2 || p.y() > 2 || (p.x() > 1 && p.y() > 1);
         hint = static_cast<int>(asked.size());
@@ -378,14 +378,14 @@ TEST_CASE("The metric is asked inside the domain, with the hint of a nearby poin
 }
 
 TEST_CASE("The same input gives the same mesh", "[delaunay]") {
-    const MetricField metric = radial_metric({0.4, 0.4}, 0.01, 0.1);
+    const PlaneMetric metric = radial_metric({0.4, 0.4}, 0.01, 0.1);
     const PlanarMesh a = mesh_domain(square(metric), metric), b = mesh_domain(square(metric), metric);
     CHECK(a.points == b.points);
     CHECK(a.triangles == b.triangles);
 }
 
 TEST_CASE("What cannot be meshed is refused", "[delaunay]") {
-    const MetricField metric = uniform_metric(1);
+    const PlaneMetric metric = uniform_metric(1);
     const std::vector<Vector2d> points{{0, 0}, {4, 0}, {4, 4}, {0, 4}, {2, 0}, {2, 2}};
     const auto refused = [&](std::vector<Edge> segments) {
         CHECK_THROWS_AS(mesh_domain({.points = points, .segments = segments, .hints = {}}, metric),

@@ -56,7 +56,7 @@ Mesh disc(int n, int rings) {
 
 // A good mesh with edges of a length, of what the support covers.
 Mesh good_mesh(SimpleSupport support, double h, const Mesh& mesh) {
-    support.size = [h](const Vector3d&) { return h; };
+    support.wanted = [h](const Vector3d&) { return h; };
     Editor editor = editor_with_curves(support, mesh);
     StageClock::Stages stages;
     StageClock clock(stages);
@@ -79,7 +79,7 @@ TEST_CASE("Sides are divided into as many equal pieces as their linear sizes ask
                                  {0.2, 0.1}}) {
         CAPTURE(h0, h1);
         SimpleSupport support = square_support(1);
-        support.size = [h0 = h0, h1 = h1](const Vector3d& p) { return h0 + (h1 - h0) * p.x(); };
+        support.wanted = [h0 = h0, h1 = h1](const Vector3d& p) { return h0 + (h1 - h0) * p.x(); };
         Editor editor = editor_with_curves(support, start);
         const TopologyReport before = topology_of(editor);
         int edges_before = 0;
@@ -130,7 +130,7 @@ TEST_CASE("A closed curve is divided all round, into three at least", "[remesh][
     for (const double h : {0.2, 0.25, 0.3, 0.36, 0.42, 30.0}) {
         CAPTURE(h);
         SimpleSupport support = round;
-        support.size = [h](const Vector3d&) { return h; };
+        support.wanted = [h](const Vector3d&) { return h; };
         Editor editor = editor_with_curves(support, start);
         const std::vector<double> before = pieces_of(editor, support, 0);
         const double length = std::accumulate(before.begin(), before.end(), 0.0);
@@ -161,7 +161,7 @@ TEST_CASE("Curves end at frozen edges, on either side of which they are divided 
         Connectivity mesh = plain.mesh();
         mesh.set_tag(mesh.find_edge(3, 4), frozen_tag(0));
         vertices[3].bound = vertices[4].bound = Bound::Fixed;
-        Editor editor(support, vertices, mesh);
+        Editor editor(support, support, vertices, mesh);
         OptimiseReport report;
         divide_curves(editor, {}, report);
         const Connectivity& now = editor.mesh();

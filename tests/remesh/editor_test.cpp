@@ -9,7 +9,7 @@ using Eigen::Vector3d;
 namespace {
 
 // The plane z = 0, with one size everywhere; halves of edges lie where they are told to.
-class Plane : public Support {
+class Plane : public Support, public MetricField<Size> {
   public:
     std::optional<Foot> move(const Place& from, const Vector3d&, const Vector3d& target) const override {
         return foot(from, target);
@@ -19,18 +19,19 @@ class Plane : public Support {
     int chain_of(int curve) const override { return curve; }
     Foot middle(int, const Foot& a, const Foot&) const override { return a; }
 
-    Foot foot(const Place& place, const Vector3d& p) const { return {place, p, Vector3d::UnitZ(), size}; }
+    Foot foot(const Place& place, const Vector3d& p) const { return {place, p, Vector3d::UnitZ()}; }
+    double size(const Vector3d&, int&) const override { return wanted; }
 
     Vector3d half{0, 0, 0};
-    double size = 1;
+    double wanted = 1;
 };
 
 Editor edited(const Plane& plane, const std::vector<Vector3d>& points, const std::vector<Triangle>& triangles,
               const std::vector<int>& corners = {}) {
     std::vector<Vertex> vertices(points.size());
-    for (std::size_t v = 0; v < points.size(); ++v) take_foot(vertices[v], plane.foot({}, points[v]));
+    for (std::size_t v = 0; v < points.size(); ++v) stand(vertices[v], plane.foot({}, points[v]), plane, plane);
     for (const int v : corners) vertices[v].bound = Bound::Fixed, vertices[v].lean = kAnyNormal;
-    return {plane, std::move(vertices), Connectivity(static_cast<int>(points.size()), triangles)};
+    return {plane, plane, std::move(vertices), Connectivity(static_cast<int>(points.size()), triangles)};
 }
 
 // Twice the area seen from above.

@@ -28,7 +28,7 @@ struct Star {
     Derivatives derivatives(const Vector3d& u, const Vector3d& v, Aim aim) const {
         Derivatives sum;
         for (std::size_t i = 0; i < ring.size(); ++i)
-            add_triangle(centre, ring[i], ring[(i + 1) % ring.size()], u, v, aim, sum);
+            add_triangle(centre, ring[i], ring[(i + 1) % ring.size()], TangentAxes{u, v, u, v}, aim, sum);
         return sum;
     }
 };
@@ -262,7 +262,7 @@ TEST_CASE("Moving one vertex again and again ends where its differences vanish, 
                 std::vector<Triangle> triangles;
                 const int count = static_cast<int>(star.ring.size());
                 for (int k = 0; k < count; ++k) triangles.push_back({0, 1 + k, 1 + (k + 1) % count});
-                Editor editor(support, vertices, Connectivity(count + 1, triangles));
+                Editor editor(support, support, vertices, Connectivity(count + 1, triangles));
                 const auto energy = [&](const Vector3d& p) {
                     Star now = star;
                     now.centre = editor.vertex(0);

@@ -96,7 +96,7 @@ TEST_CASE("No flip leaves a vertex with too few edges, or joins two vertices twi
         vertices[0].lean = kAnyNormal;
         vertices[0].bound = Bound::Fixed;
         // At a point of the surface three are enough. Of three spokes the other ends are joined.
-        const Editor pointed(support, vertices, editor.mesh());
+        const Editor pointed(support, support, vertices, editor.mesh());
         CHECK(pointed.can_flip(between(pointed, 0, 1)) == (spokes > 3));
     }
     // A tetrahedron 0 1 2 3 with a vertex more on two of its sides: 2 and 3, across 0 1, are joined.
@@ -105,7 +105,7 @@ TEST_CASE("No flip leaves a vertex with too few edges, or joins two vertices twi
     const SimpleSupport round = ball(1, 1);
     std::vector<Vertex> vertices = editor_of(round, mesh).vertices();
     for (Vertex& v : vertices) v.lean = kAnyNormal;
-    const Editor solid(round, vertices, Connectivity(6, mesh.triangles));
+    const Editor solid(round, round, vertices, Connectivity(6, mesh.triangles));
     REQUIRE(topology_of(solid).closed());
     CHECK(solid.mesh().valence(0) == 4);
     CHECK(solid.mesh().valence(1) == 4);
@@ -125,7 +125,7 @@ TEST_CASE("No flip folds a triangle over", "[remesh][exact]") {
         // Valences stay as they must for vertices of corners.
         std::vector<Vertex> vertices = editor.vertices();
         for (Vertex& v : vertices) v.bound = Bound::Fixed;
-        Editor fixed(support, vertices, editor.mesh());
+        Editor fixed(support, support, vertices, editor.mesh());
         const int inner = between(fixed, 1, 3);
         CHECK(fixed.flip(inner) == (tip > 0));
         check_same_surface(fixed, before);
@@ -208,9 +208,9 @@ TEST_CASE("No collapse makes one edge of two features, or takes edges that a ver
     const int beside = plain.mesh().apex(h);
     Connectivity tagged = plain.mesh();
     tagged.set_tag(tagged.find_edge(12, beside), 2);
-    CHECK(Editor(support, plain.vertices(), tagged).can_collapse(h));
+    CHECK(Editor(support, support, plain.vertices(), tagged).can_collapse(h));
     tagged.set_tag(tagged.find_edge(13, beside), 2);
-    CHECK_FALSE(Editor(support, plain.vertices(), tagged).can_collapse(h));
+    CHECK_FALSE(Editor(support, support, plain.vertices(), tagged).can_collapse(h));
 
     // Apexes of valence four.
     for (const int spokes : {4, 5}) {
@@ -230,7 +230,7 @@ TEST_CASE("No collapse folds a triangle over or makes edges much too long", "[re
         CAPTURE(to);
         std::vector<Vertex> vertices = editor_of(support, fan(ring)).vertices();
         for (int v = 1; v <= 8; ++v) vertices[v].bound = Bound::Fixed;
-        Editor editor(support, vertices, Connectivity(9, fan(ring).triangles));
+        Editor editor(support, support, vertices, Connectivity(9, fan(ring).triangles));
         const TopologyReport before = topology_of(editor);
         REQUIRE(editor.can_collapse(between(editor, 0, to)));
         CHECK(editor.collapse(between(editor, 0, to)) == (to == 3));
@@ -277,7 +277,7 @@ TEST_CASE("A split puts a vertex on the surface, or on the feature, and none whe
         const Mesh hexagon = fan(polygon(6));
         std::vector<Vertex> vertices = editor_of(bent, hexagon).vertices();
         bent.project = [off](const Vector3d& p) { return Vector3d(p.x(), p.y(), off); };
-        Editor over(bent, vertices, Connectivity(7, hexagon.triangles));
+        Editor over(bent, bent, vertices, Connectivity(7, hexagon.triangles));
         CHECK((over.split(between(over, 0, 1)) >= 0) == (off < 0.5));
     }
 
@@ -294,7 +294,7 @@ TEST_CASE("A split puts a vertex on the surface, or on the feature, and none whe
         for (const Vector3d& p : triangle.points) vertices.push_back(vertex_at(arc, p));
         Connectivity mesh(3, triangle.triangles);
         mesh.set_tag(0, 0);
-        Editor one(arc, vertices, mesh);
+        Editor one(arc, arc, vertices, mesh);
         CHECK((one.split(0) >= 0) == (angle < 3.2));
     }
 }
@@ -311,7 +311,7 @@ TEST_CASE("Nothing that is frozen is touched", "[remesh][exact]") {
         CHECK(thawed_tag(mesh.tag(h)) == plain.mesh().tag(h));
         vertices[a].bound = vertices[b].bound = Bound::Fixed;
     }
-    Editor editor(sides, vertices, mesh);
+    Editor editor(sides, sides, vertices, mesh);
     for (const auto& [a, b] : {std::pair{12, 13}, {1, 2}}) {
         const int h = between(editor, a, b);
         CHECK(editor.is_frozen(h));
@@ -361,7 +361,7 @@ TEST_CASE("A vertex of a feature is centred between its neighbours, unless a tri
         Connectivity connectivity(6, mesh.triangles);
         connectivity.set_tag(connectivity.find_edge(0, 2), 0);
         connectivity.set_tag(connectivity.find_edge(1, 2), 0);
-        Editor editor(support, vertices, connectivity);
+        Editor editor(support, support, vertices, connectivity);
         REQUIRE(least_facing(editor) > 0);
         const double moved = editor.centre(2, 0, 1);
         CHECK((moved > 0) == !leans);
@@ -384,7 +384,7 @@ TEST_CASE("Whatever operations are tried in a row, the mesh covers the same surf
             Connectivity mesh = plain.mesh();
             mesh.set_tag(mesh.find_edge(29, 30), frozen_tag(-1));
             vertices[29].bound = vertices[30].bound = Bound::Fixed;
-            return Editor(support, vertices, mesh);
+            return Editor(support, support, vertices, mesh);
         };
         Editor editor = start();
         const TopologyReport before = topology_of(editor);

@@ -26,7 +26,7 @@ struct Start {
           model(kind.make()),
           sized(uniform_background(model, kind.size)),
           control(sized.background, sized.sizes),
-          support(model, control),
+          support(model),
           curves(model, discretise_curves(model, control)),
           assembly(model, curves,
                    [this](const SurfacePoint& at, const Eigen::Vector3d& point, int& hint) {
@@ -110,7 +110,7 @@ TEST_CASE("The middle of a piece of a crease leans as its ends do where the angl
         on_crease.push_back(start.curves.number(start.model, crease, i));
     for (std::size_t i = 0; i + 1 < on_crease.size(); ++i)
         mesh.set_tag(mesh.find_edge(on_crease[i], on_crease[i + 1]), start.support.chain_of(crease));
-    Editor editor(start.support, start.vertices, mesh);
+    Editor editor(start.support, start.control, start.vertices, mesh);
     // Between two that slide, and beside a corner.
     for (const std::size_t i : {std::size_t(0), std::size_t(4)}) {
         const int fresh = editor.split(editor.mesh().find_edge(on_crease[i], on_crease[i + 1]));

@@ -34,7 +34,7 @@ inline SimpleCurve circle(double radius) {
 }
 
 /// A surface that knows its closest points, with curves on it, each a chain of its own.
-class SimpleSupport : public Support {
+class SimpleSupport : public Support, public MetricField<Size> {
   public:
     std::function<Eigen::Vector3d(const Eigen::Vector3d&)> project = [](const Eigen::Vector3d& p) {
         return Eigen::Vector3d(p.x(), p.y(), 0);
@@ -42,13 +42,14 @@ class SimpleSupport : public Support {
     std::function<Eigen::Vector3d(const Eigen::Vector3d&)> normal = [](const Eigen::Vector3d&) {
         return Eigen::Vector3d(0, 0, 1);
     };
-    std::function<double(const Eigen::Vector3d&)> size = [](const Eigen::Vector3d&) { return 1.0; };
+    std::function<double(const Eigen::Vector3d&)> wanted = [](const Eigen::Vector3d&) { return 1.0; };
     std::vector<SimpleCurve> curves = {};
 
     Foot foot(Place place, const Eigen::Vector3d& target) const {
         const Eigen::Vector3d p = place.curve >= 0 ? curves[place.curve].at(place.t) : project(target);
-        return {place, p, normal(p), size(p)};
+        return {place, p, normal(p)};
     }
+    double size(const Eigen::Vector3d& p, int&) const override { return wanted(p); }
     Foot on_curve(int curve, double t) const {
         Place place;
         place.curve = curve;
@@ -74,7 +75,7 @@ class SimpleSupport : public Support {
 
 inline SimpleSupport plane(double h = 1) {
     SimpleSupport support;
-    support.size = [h](const Eigen::Vector3d&) { return h; };
+    support.wanted = [h](const Eigen::Vector3d&) { return h; };
     return support;
 }
 
@@ -96,12 +97,12 @@ inline SimpleSupport square_support(double h) {
 /// A vertex of a surface inside, or on a curve.
 inline Vertex vertex_at(const SimpleSupport& support, const Eigen::Vector3d& p) {
     Vertex v;
-    take_foot(v, support.foot({}, p));
+    stand(v, support.foot({}, p), support, support);
     return v;
 }
 inline Vertex vertex_on(const SimpleSupport& support, int curve, const Eigen::Vector3d& p) {
     Vertex v;
-    take_foot(v, support.on_curve(curve, support.curves[curve].parameter(p)));
+    stand(v, support.on_curve(curve, support.curves[curve].parameter(p)), support, support);
     v.bound = Bound::Curve;
     return v;
 }
@@ -110,7 +111,7 @@ inline Vertex vertex_on(const SimpleSupport& support, int curve, const Eigen::Ve
 inline Editor editor_of(const SimpleSupport& support, const Mesh& mesh) {
     std::vector<Vertex> vertices;
     for (const Eigen::Vector3d& p : mesh.points) vertices.push_back(vertex_at(support, p));
-    return {support, std::move(vertices), Connectivity(static_cast<int>(mesh.points.size()), mesh.triangles)};
+    return {support, support, std::move(vertices), Connectivity(static_cast<int>(mesh.points.size()), mesh.triangles)};
 }
 
 /// A mesh whose edges along curves have tags, and whose vertices slide on the one curve they lie on, or are fixed where
@@ -148,7 +149,7 @@ inline Editor editor_with_curves(const SimpleSupport& support, const Mesh& mesh)
             if (on(c, a) && on(c, b) && along) connectivity.set_tag(h, c);
         }
     }
-    return {support, std::move(vertices), std::move(connectivity)};
+    return {support, support, std::move(vertices), std::move(connectivity)};
 }
 
 /// The live triangles with their points.

@@ -296,7 +296,7 @@ std::optional<Vector3d> half_way(const TriangleSoup& soup, const TriangulationOp
     const TriangulationBackground map = make_background(surface, uniform(1));
     const ControlSpace control(map.background, map.sizes);
     const SmoothSupport support = surface.support({.largest_bulge = 1e-9});
-    const TriangleSupport places(support, surface.features(), control);
+    const TriangleSupport places(support, surface.features());
     // By the middle edge's other end on either slope, as vertices on the boundary are on several sides of it.
     const auto foot = places.between(places.at_vertex(3, map.cells[3]).place, places.at_vertex(8, map.cells[8]).place,
                                      Vector3d::UnitZ());

@@ -130,7 +130,7 @@ TEST_CASE("Attempts that are not kept give back every bit", "[remesh][property]"
         SimpleSupport support = closed ? ball(1, 0.25) : square_support(0.15);
         if (!closed) support.curves.push_back(segment({0.5, 0, 0}, {0.5, 1, 0}));
         // Sizes that vary, so that vertices that move have others.
-        support.size = [h = support.size({})](const Vector3d& p) { return h * (1 + 0.5 * std::sin(3 * p.x())); };
+        support.wanted = [h = support.wanted({})](const Vector3d& p) { return h * (1 + 0.5 * std::sin(3 * p.x())); };
         Mesh mesh = closed ? triangulations::sphere(3) : square(6);
         if (!closed)
             for (Vector3d& p : mesh.points)

@@ -18,13 +18,13 @@ using Eigen::Vector2d;
 
 constexpr double kPi = 3.14159265358979323846;
 
-inline Matrix2d metric_at(const MetricField& metric, const Vector2d& p) {
+inline Matrix2d metric_at(const PlaneMetric& metric, const Vector2d& p) {
     int hint = -1;
     return metric(p, hint);
 }
 
 /// Length of a segment in the metric by the midpoint rule: independent of how the generator measures.
-inline double true_length(const MetricField& metric, const Vector2d& a, const Vector2d& b, int samples = 8) {
+inline double true_length(const PlaneMetric& metric, const Vector2d& a, const Vector2d& b, int samples = 8) {
     const Vector2d d = b - a;
     double sum = 0;
     for (int i = 0; i < samples; ++i)
@@ -34,7 +34,7 @@ inline double true_length(const MetricField& metric, const Vector2d& a, const Ve
 
 /// Appends the points of a closed curve of sides, each cut into pieces of about unit length; a side of length 0 stays
 /// whole.
-inline void add_loop(PlanarDomain& domain, const MetricField& metric,
+inline void add_loop(PlanarDomain& domain, const PlaneMetric& metric,
                      const std::vector<std::function<Vector2d(double)>>& sides) {
     constexpr int kSamples = 4000;
     const int first = static_cast<int>(domain.points.size());
@@ -55,7 +55,7 @@ inline void add_loop(PlanarDomain& domain, const MetricField& metric,
     for (int i = first; i < end; ++i) domain.segments.push_back({i, i + 1 == end ? first : i + 1});
 }
 
-inline void add_polygon(PlanarDomain& domain, const MetricField& metric, const std::vector<Vector2d>& corners) {
+inline void add_polygon(PlanarDomain& domain, const PlaneMetric& metric, const std::vector<Vector2d>& corners) {
     std::vector<std::function<Vector2d(double)>> sides;
     for (std::size_t k = 0; k < corners.size(); ++k) {
         const Vector2d a = corners[k], b = corners[(k + 1) % corners.size()];
@@ -64,24 +64,24 @@ inline void add_polygon(PlanarDomain& domain, const MetricField& metric, const s
     add_loop(domain, metric, sides);
 }
 
-inline void add_rectangle(PlanarDomain& domain, const MetricField& metric, double width, double height) {
+inline void add_rectangle(PlanarDomain& domain, const PlaneMetric& metric, double width, double height) {
     add_polygon(domain, metric, {{0, 0}, {width, 0}, {width, height}, {0, height}});
 }
 
-inline void add_circle(PlanarDomain& domain, const MetricField& metric, const Vector2d& centre, double radius) {
+inline void add_circle(PlanarDomain& domain, const PlaneMetric& metric, const Vector2d& centre, double radius) {
     add_loop(domain, metric, {[=](double t) {
                  return Vector2d(centre + radius * Vector2d(std::cos(2 * kPi * t), std::sin(2 * kPi * t)));
              }});
 }
 
-inline MetricField constant_metric(const Matrix2d& m) {
+inline PlaneMetric constant_metric(const Matrix2d& m) {
     return [m](const Vector2d&, int&) { return m; };
 }
 
-inline MetricField uniform_metric(double size) { return constant_metric(Matrix2d::Identity() / (size * size)); }
+inline PlaneMetric uniform_metric(double size) { return constant_metric(Matrix2d::Identity() / (size * size)); }
 
 /// Isotropic, size growing linearly with the distance from a centre.
-inline MetricField radial_metric(const Vector2d& centre, double size, double slope) {
+inline PlaneMetric radial_metric(const Vector2d& centre, double size, double slope) {
     return [=](const Vector2d& p, int&) {
         const double h = size + slope * (p - centre).norm();
         return Matrix2d(Matrix2d::Identity() / (h * h));
@@ -89,7 +89,7 @@ inline MetricField radial_metric(const Vector2d& centre, double size, double slo
 }
 
 /// Polar map of a cone with apex at v = 0: (u, v) is angle and distance.
-inline MetricField polar_metric(double size) {
+inline PlaneMetric polar_metric(double size) {
     return [=](const Vector2d& p, int&) {
         return Matrix2d(Vector2d(p.y() * p.y(), 1).asDiagonal().toDenseMatrix() / (size * size));
     };
@@ -104,7 +104,7 @@ struct Facts {
 };
 
 /// Facts of a mesh, without the triangles and edges that have a point that is `left_out` (poles).
-inline Facts measure(const PlanarMesh& mesh, const MetricField& metric,
+inline Facts measure(const PlanarMesh& mesh, const PlaneMetric& metric,
                      const std::function<bool(const Vector2d&)>& left_out = {}) {
     Facts facts;
     std::map<std::array<int, 2>, int> uses;

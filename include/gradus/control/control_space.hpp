@@ -1,82 +1,76 @@
-/// The continuous control space: the size map of a background mesh, interpolated between its vertices.
+/// The continuous control space: the sizes or metrics of a background mesh, interpolated between its vertices.
 #pragma once
 
-#include "gradus/control/background.hpp"
-#include "gradus/mesh/connectivity.hpp"
+#include "gradus/control/tensor.hpp"
+#include "gradus/control/triangle_locator.hpp"
 
-#include <memory>
 #include <span>
 #include <vector>
 
 namespace gradus {
 
+/// What a metric field is of: one size for all directions ...
+struct Size {
+    using Value = double;  ///< h
+};
+/// ... or sizes by directions.
+struct SizeTensor {
+    using Value = Tensor;  ///< H = M^(-1/2), whose eigenvalues are the sizes
+};
+
+/// The wanted sizes at each point of a surface.
+template <class M>
+class MetricField {
+  public:
+    virtual ~MetricField() = default;
+    /// Size, or size tensor, at p. @param hint  what the call for a nearby point left in it
+    virtual typename M::Value size(const Eigen::Vector3d& p, int& hint) const = 0;
+};
+
 /// Sizes are linear over each triangle, so that their gradient is that of the triangle everywhere on it: a bound that
 /// holds on the triangles of the background holds between its vertices, however large they are for the sizes. (Where
 /// sizes vary geometrically [Borouchaki 1998, eq. 6] the slope along an edge is up to r ln r / (r - 1) times as steep,
-/// r the ratio of the sizes of its ends.) A point near the mesh is taken to the triangle it projects into, found by
-/// walking from a triangle that is known to be near: so parts that touch or intersect are not confused. Where, on a
-/// mesh without parameters, the walk ends farther from the point than a quarter of the size, as behind a sharp edge of
-/// a coarse mesh, the closest triangle takes its place.
-class ControlSpace {
+/// r the ratio of the sizes of its ends.) So are size tensors, which stay positive definite. Points are found as by
+/// TriangleLocator; where, on a mesh without parameters, the walk ends farther from the point than a quarter of the
+/// size, as behind a sharp edge of a coarse mesh, the closest triangle takes its place.
+template <class M>
+class InterpolatedField final : public MetricField<M> {
   public:
-    /// @param sizes  one per vertex, > 0 and finite
-    /// @throws std::invalid_argument for a wrong number of sizes or a size that is not positive and finite
-    ControlSpace(const Background& background, std::span<const double> sizes);
+    using Value = typename M::Value;
+
+    /// @param sizes  one per vertex: > 0 and finite, or positive definite
+    /// @throws std::invalid_argument for a wrong number of sizes, or one that is none
+    InterpolatedField(const Background& background, std::span<const Value> sizes);
     /// The same of a mesh without parameters, of which all triangles live; nothing of it is kept.
-    ControlSpace(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, std::span<const double> sizes);
-    ~ControlSpace();
-    ControlSpace(ControlSpace&&) noexcept;
+    InterpolatedField(std::span<const Eigen::Vector3d> points, const Connectivity& mesh, std::span<const Value> sizes);
 
     /// Size at p, walking from `triangle` (a triangle of the background near p), which is set to the one p falls into.
-    double size(const Eigen::Vector3d& p, int& triangle) const;
+    Value size(const Eigen::Vector3d& p, int& triangle) const override;
     /// A triangle of the background that holds the parameters, or the nearest there is on that patch. Only of a
     /// background with parameters, as the size at a place.
-    int locate(const SurfacePoint& at) const;
+    int locate(const SurfacePoint& at) const { return locator_.locate(at).triangle; }
     /// Size at a place of the surface, interpolated in (u, v).
-    double size(const SurfacePoint& at) const;
-    /// Number of triangles a unit mesh has: the sum over triangles of the integral of 1 / (sqrt(3)/4 h^2), exact.
+    Value size(const SurfacePoint& at) const { return value(locator_.locate(at)); }
+    /// Number of triangles a unit mesh has: the sum over triangles of the integral of 1 / (sqrt(3)/4 h^2), of tensors
+    /// h^2 that of mean_square_size. Exact for sizes; for tensors by quadrature, to about 1e-4.
     double predicted_triangles() const;
 
     /// Smallest size over the largest coordinate of a triangle it is at.
     double least_relative_size() const;
 
-    int num_triangles() const { return static_cast<int>(cells_.size()); }
+    int num_triangles() const { return locator_.num_triangles(); }
 
   private:
-    // What a step of the walk reads, in one place: barycentric coordinates are 1 - a - b, a, b with a = ga.(p - p0), b
-    // = gb.(p - p0).
-    struct Cell {
-        Eigen::Vector3d p0, ga, gb;
-        std::array<double, 3> h;       // at the corners
-        std::array<int, 3> neighbour;  // across the edge opposite to corner k, -1 on the boundary
-    };
-    struct Grid {
-        Domain domain;
-        int cells = 0;
-        std::vector<int> first, triangles;  // those whose boxes overlap cell k: triangles[first[k]] to first[k + 1]
+    Value value(const TriangleLocator::Position& at) const;
 
-        int index(const Eigen::Vector2d& uv, int axis) const;
-    };
-    void reserve(std::size_t vertices, std::size_t triangles, std::span<const double> sizes);
-    void add_cell(const std::array<Eigen::Vector3d, 3>& corner, const std::array<double, 3>& h,
-                  const std::array<int, 3>& neighbour);
-    static double size_in(const Cell& cell, double a, double b);
-    // Squared height of a point over the plane of a cell times `normal2`, the squared length of the normal that it is a
-    // multiple of: 0 without area.
-    struct Height {
-        double squared_times, normal2;
-    };
-    static Height height_over(const Cell& cell, const Eigen::Vector3d& d);
-    int beyond_fold(const Eigen::Vector3d& p, int triangle, double a, double b, const Height& height) const;
-    bool is_far(const Cell& cell, double a, double b, const Height& height) const;
-    int closest_cell(const Eigen::Vector3d& p) const;
-    double size_in_parameters(const SurfacePoint& at, int& triangle) const;
-
-    std::vector<Cell> cells_;
-    struct Tree;
-    std::unique_ptr<Tree> tree_;  // over the cells, planted when it is needed
-    const Background* background_ = nullptr;
-    std::vector<Grid> grids_;  // one per patch
+    TriangleLocator locator_;
+    std::vector<std::array<Value, 3>> values_;  // at the corners of each triangle
 };
+
+extern template class InterpolatedField<Size>;
+extern template class InterpolatedField<SizeTensor>;
+
+using ControlSpace = InterpolatedField<Size>;
+using TensorSpace = InterpolatedField<SizeTensor>;
 
 }  // namespace gradus

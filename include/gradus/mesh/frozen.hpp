@@ -21,6 +21,12 @@ struct Frozen {
     bool has_edge(int h) const { return !empty() && half_edge[h]; }
 };
 
+/// Edges that no operation may touch have tags from here on: this plus one plus their own.
+inline constexpr int kFrozenTag = 1 << 30;
+inline bool is_frozen_tag(int tag) { return tag >= kFrozenTag; }
+inline int frozen_tag(int tag) { return kFrozenTag + 1 + tag; }
+inline int thawed_tag(int tag) { return is_frozen_tag(tag) ? tag - kFrozenTag - 1 : tag; }
+
 /// @throws std::invalid_argument naming the first that cannot be kept, with its place: an index out of range, a vertex
 /// in no
 ///         triangle, an edge that is no side of a triangle, an edge without length, a triangle without area

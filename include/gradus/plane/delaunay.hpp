@@ -24,7 +24,7 @@ struct PlanarDomain {
 /// Metric M at a point: the wanted length in direction e is 1 / sqrt(e^T M e) for |e| = 1. Symmetric positive definite;
 /// it may be semi-definite at the ends of a collapsed side. Called only with points of the domain. `hint` is the
 /// caller's: it holds what the call for a nearby point left in it.
-using MetricField = std::function<Eigen::Matrix2d(const Eigen::Vector2d& uv, int& hint)>;
+using PlaneMetric = std::function<Eigen::Matrix2d(const Eigen::Vector2d& uv, int& hint)>;
 
 struct DelaunayOptions {
     double target = 1;                    ///< wanted length of edges in the metric, > 0
@@ -57,6 +57,6 @@ struct PlanarMesh {
 /// not finite
 ///         or has a negative diagonal, options out of range
 /// @throws std::length_error when the mesh would have more than max_points points
-PlanarMesh mesh_domain(const PlanarDomain& domain, const MetricField& metric, const DelaunayOptions& options = {});
+PlanarMesh mesh_domain(const PlanarDomain& domain, const PlaneMetric& metric, const DelaunayOptions& options = {});
 
 }  // namespace gradus

@@ -1,8 +1,6 @@
-/// What the local operations know of the surface they work on: how to put a point back on it, and the size asked for
-/// there.
+/// What the local operations know of the surface they work on: how to put a point back on it.
 #pragma once
 
-#include "gradus/control/control_space.hpp"
 #include "gradus/surface/surface_model.hpp"
 
 #include <optional>
@@ -23,8 +21,7 @@ struct Foot {
     Place place;
     Eigen::Vector3d point;
     Eigen::Vector3d normal;  ///< unit, outward; on a crease between those of its two sides
-    double size;
-    double lean = 1;  ///< cosine of the angle from there to either side's
+    double lean = 1;         ///< cosine of the angle from there to either side's
 };
 
 /// Gives a foot on a crease its normal, from those of the two sides.
@@ -42,6 +39,8 @@ class Support {
     virtual std::optional<Foot> between(const Place&, const Place&, const Eigen::Vector3d& /*up*/) const {
         return std::nullopt;
     }
+    /// Brings the normal of a foot to what elements of some size see of the surface there.
+    virtual void settle(Foot&, double /*size*/) const {}
     /// As `move`, along the curve that `from` is bound to.
     virtual std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const = 0;
     /// Feature curves that continue each other smoothly form a chain, numbered from 0: vertices slide from one to the
@@ -54,7 +53,7 @@ class Support {
 /// Patches glued along curves: free vertices cross smooth curves.
 class PatchSupport final : public Support {
   public:
-    PatchSupport(const SurfaceModel& model, const ControlSpace& control);
+    explicit PatchSupport(const SurfaceModel& model);
     std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point,
                              const Eigen::Vector3d& target) const override;
     std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
@@ -83,7 +82,6 @@ class PatchSupport final : public Support {
     Eigen::Vector3d leaving(int curve, bool from_end) const;
 
     const SurfaceModel& model_;
-    const ControlSpace& control_;
     std::vector<Link> links_;  // one per curve of the model
     std::vector<Chain> chains_;
     std::vector<CurveEnd> junctions_;  // one per model vertex: a curve that ends there, where two continue each other

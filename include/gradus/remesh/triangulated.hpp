@@ -13,10 +13,11 @@ namespace gradus {
 class TriangleSupport final : public Support {
   public:
     /// All must outlive this.
-    TriangleSupport(const SmoothSupport& surface, const Features& features, const ControlSpace& control);
+    TriangleSupport(const SmoothSupport& surface, const Features& features);
     std::optional<Foot> move(const Place& from, const Eigen::Vector3d& point,
                              const Eigen::Vector3d& target) const override;
     std::optional<Foot> between(const Place& a, const Place& b, const Eigen::Vector3d& up) const override;
+    void settle(Foot& foot, double size) const override;
     std::optional<Foot> slide(const Place& from, const Eigen::Vector3d& target) const override;
     int chain_of(int curve) const override { return curve; }
     Foot middle(int chain, const Foot& a, const Foot& b) const override;
@@ -39,14 +40,15 @@ class TriangleSupport final : public Support {
     Eigen::Vector3d point_at(const Place& place) const;
     Foot foot(const Place& place) const;
     Foot foot_of(Foot foot) const;
-    void spread_normals(Foot& foot) const;
-    void list_near(const Foot& foot) const;
+    std::pair<int, int> sides_at(const Place& place, std::array<Eigen::Vector3d, 2>& normals) const;
+    void spread_normals(Foot& foot, double reach) const;
+    void spread_over_sides(Foot& foot, double reach) const;
+    void list_near(const Foot& foot, double reach) const;
     std::pair<Eigen::Vector3d, Eigen::Vector3d> farthest_apart(const Eigen::Vector3d& normal) const;
     const GregoryPatch& patch(int triangle) const;
 
     const SmoothSupport& surface_;
     const Features& features_;
-    const ControlSpace& control_;
     std::vector<Curve> curves_;
     // Patches that were asked for last: the operations stay in one place for long. So only one thread may use it.
     struct Kept {

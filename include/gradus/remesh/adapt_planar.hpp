@@ -1,0 +1,66 @@
+/// The adaption loop of planar domains: sample the sizes wanted, correct them, mesh, and again from that mesh, until it
+/// satisfies the map that would come next. [Borouchaki 1998, section 4.1]
+#pragma once
+
+#include "gradus/control/sampled_background.hpp"
+#include "gradus/gradation/grade.hpp"
+#include "gradus/remesh/planar.hpp"
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace gradus {
+
+struct PlanarAdaptOptions {
+    std::optional<GradationOptions> gradation = {};  ///< none: sizes as they are wanted
+    SamplingOptions sampling = {};
+    RemeshOptions remesh = {};
+    int max_iterations = 20;
+    /// A mesh satisfies a map when this share of its edges has lengths in [1/sqrt(2), sqrt(2)] in it. The loop ends
+    /// before where no iteration brings it nearer to that.
+    double unit_share = 0.95;
+    std::function<void(int iteration)> progress = {};  ///< called before each iteration; may be empty
+};
+
+/// A mesh against a map.
+struct MetricFit {
+    double worst = 1,
+           mean = 0;        ///< area-length quality in the metric, of each triangle where it is worst of its corners
+    double unit_share = 1;  ///< of the edges
+    double shortest = 0, longest = 0;  ///< metric length of an edge
+};
+
+/// @param sizes  one per vertex
+template <class M>
+MetricFit measure_fit(std::span<const Eigen::Vector3d> points, const Connectivity& mesh,
+                      std::span<const typename M::Value> sizes);
+
+struct PlanarAdaptIteration {
+    int background_vertices = 0;
+    double predicted_triangles = 0;  ///< by the map
+    int triangles = 0;
+    MetricFit own, next;      ///< in the map that the mesh was made with, and in that sampled on it
+    double shock_before = 1;  ///< largest H-shock of the map as sampled
+    double shock = 1;         ///< and as it was meshed
+    double seconds = 0;
+};
+
+template <class M>
+struct PlanarAdaptResult {
+    TriangleSoup mesh;
+    std::vector<typename M::Value> sizes;  ///< of the map that the mesh was made with, at its vertices
+    SampledBackground<M> background;       ///< with the sizes that the mesh was made with
+    std::vector<PlanarAdaptIteration> iterations;
+    RemeshStatistics statistics;  ///< of the last mesh
+    bool converged = false;       ///< the mesh satisfies the next map
+    bool graded = true;           ///< all maps meet their bound
+};
+
+/// @param domain  in z = 0; must stay
+/// @throws as sampled_background, grade and PlanarMesher do
+template <class M>
+PlanarAdaptResult<M> adapt_planar(const Triangulation& domain, const SizeFunction<M>& wanted,
+                                  const PlanarAdaptOptions& options = {});
+
+}  // namespace gradus
