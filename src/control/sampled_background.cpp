@@ -26,6 +26,19 @@ double difference(const Tensor& a, const Tensor& b) {
 double squared_metric_length(const Eigen::Vector3d& e, double h) { return e.squaredNorm() / (h * h); }
 double squared_metric_length(const Eigen::Vector3d& e, const Tensor& h) { return times(inverse(h), e).squaredNorm(); }
 
+// Cuts an edge in its middle. @returns the vertex there
+template <class M>
+int cut_edge(SampledBackground<M>& background, const SizeFunction<M>& wanted, int h) {
+    Connectivity& mesh = background.mesh;
+    const std::array<int, 2> ends{mesh.origin(h), mesh.target(h)};
+    const Eigen::Vector3d middle = (background.points[ends[0]] + background.points[ends[1]]) / 2;
+    background.cuts.push_back({ends, mesh.tag(h)});
+    const int v = mesh.split(h);
+    background.points.push_back(middle);
+    background.sizes.push_back(wanted(middle));
+    return v;
+}
+
 template <class M>
 class Cutter {
   public:
@@ -129,14 +142,8 @@ class Cutter {
         return std::nullopt;
     }
 
-    // Adds the triangles that come of it to a list.
     void cut(int h, std::vector<int>& changed) {
-        const std::array<int, 2> ends{mesh().origin(h), mesh().target(h)};
-        const Eigen::Vector3d middle = (points()[ends[0]] + points()[ends[1]]) / 2;
-        background_.cuts.push_back({ends, mesh().tag(h)});
-        const int v = mesh().split(h);
-        points().push_back(middle);
-        background_.sizes.push_back(wanted_(middle));
+        const int v = cut_edge(background_, wanted_, h);
         mesh().for_each_outgoing(v, [&](int e) { changed.push_back(e / 3); });
     }
 
@@ -156,6 +163,37 @@ SampledBackground<M> sampled_background(std::vector<Eigen::Vector3d> points, Con
     Cutter<M>(background, wanted, options).run();
     return background;
 }
+
+template <class M>
+int cut_long_edges(SampledBackground<M>& background, const SizeFunction<M>& wanted,
+                   std::vector<typename M::Value> sizes, double longest, int max_triangles) {
+    Connectivity& mesh = background.mesh;
+    const auto length2 = [&](int h) {
+        const int a = mesh.origin(h), b = mesh.target(h);
+        return squared_metric_length(background.points[b] - background.points[a], 0.5 * (sizes[a] + sizes[b]));
+    };
+    int cuts = 0;
+    std::deque<int> queue;
+    for (int t = 0; t < mesh.num_triangles(); ++t) queue.push_back(t);
+    while (!queue.empty() && mesh.num_triangles() < max_triangles) {
+        const int t = queue.front();
+        queue.pop_front();
+        int side = 3 * t;
+        for (int h = 3 * t + 1; h < 3 * t + 3; ++h)
+            if (length2(h) > length2(side)) side = h;
+        if (!(length2(side) > longest * longest) || is_frozen_tag(mesh.tag(side))) continue;
+        const auto middle = 0.5 * (sizes[mesh.origin(side)] + sizes[mesh.target(side)]);
+        const int v = cut_edge(background, wanted, side);
+        sizes.push_back(middle);
+        ++cuts;
+        mesh.for_each_outgoing(v, [&](int e) { queue.push_back(e / 3); });
+    }
+    return cuts;
+}
+
+template int cut_long_edges(SampledBackground<Size>&, const SizeFunction<Size>&, std::vector<double>, double, int);
+template int cut_long_edges(SampledBackground<SizeTensor>&, const SizeFunction<SizeTensor>&, std::vector<Tensor>,
+                            double, int);
 
 template SampledBackground<Size> sampled_background(std::vector<Eigen::Vector3d>, Connectivity,
                                                     const SizeFunction<Size>&, const SamplingOptions&);

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "gradus/control/tensor.hpp"
 #include "gradus/mesh/soup.hpp"
 #include "gradus/plane/planar_graph.hpp"
 #include "gradus/surface/subdivision.hpp"
@@ -74,7 +75,12 @@ std::vector<Field> cell_fields_of(const MeshData& data);
 /// Whether a field is of integers, and all its values are some that a double has exactly.
 bool holds_integers(const Field& field);
 /// @param dimension  of the mesh they are for, 2 or 3
-std::string sol_text(std::span<const double> sizes, int dimension);
-std::string sol_binary(std::span<const double> sizes, int dimension);
+std::vector<Tensor> parse_metrics(const std::string& path, std::string_view text,
+                                  std::optional<std::size_t> expected_count);
+std::vector<Tensor> parse_metrics_binary(const std::string& path, std::string_view bytes,
+                                         std::optional<std::size_t> expected_count);
+/// @param components  per vertex: 1, else those of a symmetric matrix
+std::string sol_text(std::span<const double> values, int components, int dimension);
+std::string sol_binary(std::span<const double> values, int components, int dimension);
 
 }  // namespace gradus::io

@@ -503,6 +503,63 @@ int components_of(std::int64_t kind, int dimension) {
     }
 }
 
+constexpr double kMostAspect = 1e6;  // of the sizes of a metric
+
+/// One metric per vertex, of symmetric matrices or of sizes.
+template <class Source>
+std::vector<Tensor> read_metric_values(Source& in, std::size_t count, int dimension) {
+    const auto at = in.where();
+    const std::int64_t fields = in.integer("the number of fields");
+    const std::int64_t kind = fields == 1 ? in.integer("the kind of the field") : 0;
+    if (fields != 1 || (kind != 1 && kind != 3))
+        in.fail_at(at, "expected one symmetric matrix (1 3) or one size (1 1) per vertex, found other fields");
+    std::vector<Tensor> metrics;
+    for (std::size_t v = 0; v < count; ++v) {
+        const auto where = in.where();
+        const auto fail = [&](const std::string& what) {
+            in.fail_at(where, "the metric of vertex " + std::to_string(v + 1) + " " + what);
+        };
+        Tensor metric;
+        if (kind == 1) {
+            const double h = in.any_real("a size");
+            if (!(h > 0) || !std::isfinite(h)) fail("is of a size that is not > 0");
+            metric = round_metric(h);
+        } else {
+            for (int k = 0; k < components_of(kind, dimension); ++k) metric.v[k] = in.any_real("an entry of a metric");
+            if (dimension == 2) metric = planar_tensor(metric.v[0], metric.v[1], metric.v[2]);
+        }
+        if (!is_positive_definite(metric)) fail("is not positive definite");
+        const Eigen::Vector3d values = axes_of(metric).values;
+        if (!(std::sqrt(values[2] / values[0]) <= kMostAspect))
+            fail("has one size that is more than 1e6 times another");
+        metrics.push_back(metric);
+    }
+    return metrics;
+}
+
+template <class Source>
+std::vector<Tensor> parse_metrics_of(Source in, std::optional<std::size_t> expected_count) {
+    std::optional<std::vector<Tensor>> metrics;
+    int dimension = 3;
+    while (const std::optional<Keyword> keyword = in.keyword()) {
+        const auto where = in.where();
+        if (*keyword == Keyword::Dimension) {
+            dimension = read_dimension(in);
+        } else if (*keyword == Keyword::SolAtVertices) {
+            if (metrics) in.fail_at(where, "a second SolAtVertices section");
+            const std::size_t count = in.count("the number of metrics", 1, 0);
+            if (expected_count && count != *expected_count)
+                in.fail_at(where, "holds " + std::to_string(count) + " metrics, but " +
+                                      std::to_string(*expected_count) + " are expected, one per vertex");
+            metrics = read_metric_values(in, count, dimension);
+        } else {
+            in.fail_at(where, "holds a mesh, not metrics");
+        }
+    }
+    if (!metrics) in.fail_at(in.where(), "has no SolAtVertices");
+    return *metrics;
+}
+
 template <class Source>
 std::vector<Field> read_fields(Source& in, std::size_t count, int dimension) {
     const auto where = in.where();
@@ -745,21 +802,31 @@ std::string medit_binary(const TriangleSoup& soup) {
     return out.take();
 }
 
-std::string sol_text(std::span<const double> sizes, int dimension) {
-    TextWriter out(20 * sizes.size() + 128);
-    out << header_of(dimension) << "\nSolAtVertices\n" << sizes.size() << "\n1 1\n\n";
-    for (const double size : sizes) out << size << '\n';
+std::vector<Tensor> parse_metrics(const std::string& path, std::string_view text,
+                                  std::optional<std::size_t> expected_count) {
+    return parse_metrics_of(TextSource(path, text), expected_count);
+}
+std::vector<Tensor> parse_metrics_binary(const std::string& path, std::string_view bytes,
+                                         std::optional<std::size_t> expected_count) {
+    return parse_metrics_of(BinarySource(path, bytes), expected_count);
+}
+
+std::string sol_text(std::span<const double> values, int components, int dimension) {
+    TextWriter out(20 * values.size() + 128);
+    out << header_of(dimension) << "\nSolAtVertices\n" << values.size() / components;
+    out << (components == 1 ? "\n1 1\n\n" : "\n1 3\n\n");
+    for (std::size_t i = 0; i < values.size(); ++i) out << values[i] << ((i + 1) % components == 0 ? '\n' : ' ');
     out << "\nEnd\n";
     return out.take();
 }
 
-std::string sol_binary(std::span<const double> sizes, int dimension) {
-    const std::size_t size = 8 * sizes.size() + 128;
+std::string sol_binary(std::span<const double> values, int components, int dimension) {
+    const std::size_t size = 8 * values.size() + 128;
     BinarySections out(version_for(size), size, dimension);
-    out.begin_entries(Keyword::SolAtVertices, sizes.size(), 8, 8);
+    out.begin_entries(Keyword::SolAtVertices, values.size() / components, 8 * components, 8);
     out.integer(1);
-    out.integer(1);
-    for (const double value : sizes) out.real(value);
+    out.integer(components == 1 ? 1 : 3);
+    for (const double value : values) out.real(value);
     return out.take();
 }
 

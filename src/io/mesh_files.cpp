@@ -53,12 +53,14 @@ struct SizeFormat {
                                  std::optional<std::size_t> expected_count);
     std::vector<Field> (*parse_fields)(const std::string& path, std::string_view contents,
                                        std::optional<std::size_t> expected_count);
-    std::string (*contents)(std::span<const double>, int dimension);
+    std::vector<Tensor> (*parse_metrics)(const std::string& path, std::string_view contents,
+                                         std::optional<std::size_t> expected_count);
+    std::string (*contents)(std::span<const double>, int components, int dimension);
 };
 
 constexpr SizeFormat kSizeFormats[] = {
-    {".sol", io::parse_sol, io::parse_solution, io::sol_text},
-    {".solb", io::parse_sol_binary, io::parse_solution_binary, io::sol_binary},
+    {".sol", io::parse_sol, io::parse_solution, io::parse_metrics, io::sol_text},
+    {".solb", io::parse_sol_binary, io::parse_solution_binary, io::parse_metrics_binary, io::sol_binary},
 };
 
 template <class Formats>
@@ -244,7 +246,26 @@ void write_sizes(const std::string& path, std::span<const double> sizes, int dim
         if (!(sizes[i] > 0))
             throw std::invalid_argument("write_sizes: the size of vertex " + std::to_string(i) + " is " +
                                         std::to_string(sizes[i]) + ", but must be > 0");
-    write_file(path, format.contents(sizes, dimension));
+    write_file(path, format.contents(sizes, 1, dimension));
+}
+
+std::vector<Tensor> read_metrics(const std::string& path, std::optional<std::size_t> expected_count) {
+    const SizeFormat& format = format_of(path, kSizeFormats);
+    return format.parse_metrics(path, read_filled_file(path), expected_count);
+}
+
+void write_metrics(const std::string& path, std::span<const Tensor> metrics, int dimension) {
+    const SizeFormat& format = format_of(path, kSizeFormats);
+    const int components = dimension == 2 ? 3 : 6;
+    std::vector<double> values;
+    values.reserve(components * metrics.size());
+    for (std::size_t i = 0; i < metrics.size(); ++i) {
+        if (!is_positive_definite(metrics[i]))
+            throw std::invalid_argument("write_metrics: the metric of vertex " + std::to_string(i) +
+                                        " is not positive definite");
+        values.insert(values.end(), metrics[i].v.begin(), metrics[i].v.begin() + components);
+    }
+    write_file(path, format.contents(values, components, dimension));
 }
 
 }  // namespace gradus

@@ -45,6 +45,13 @@ template <class M>
 SampledBackground<M> sampled_background(std::vector<Eigen::Vector3d> points, Connectivity mesh,
                                         const SizeFunction<M>& wanted, const SamplingOptions& options = {});
 
+/// Cuts edges that are long in other sizes at its vertices, as what they become once they are graded: so that what
+/// follows from those depends little on where its vertices are. Sizes of the background at new vertices are those
+/// wanted. @param sizes  one per vertex  @returns how many edges were cut
+template <class M>
+int cut_long_edges(SampledBackground<M>& background, const SizeFunction<M>& wanted,
+                   std::vector<typename M::Value> sizes, double longest, int max_triangles);
+
 extern template SampledBackground<Size> sampled_background(std::vector<Eigen::Vector3d>, Connectivity,
                                                            const SizeFunction<Size>&, const SamplingOptions&);
 extern template SampledBackground<SizeTensor> sampled_background(std::vector<Eigen::Vector3d>, Connectivity,

@@ -44,6 +44,7 @@
 #include <string>
 #include <vector>
 
+#include "gradus/control/tensor.hpp"
 #include "gradus/mesh/soup.hpp"
 
 namespace gradus {
@@ -100,5 +101,15 @@ std::vector<double> read_sizes(const std::string& path, std::optional<std::size_
 /// @throws IoError if the file cannot be written or its extension is unknown
 /// @throws std::invalid_argument if a size is not > 0
 void write_sizes(const std::string& path, std::span<const double> sizes, int dimension = 3);
+
+/// Metrics of a `.sol` or `.solb` file: one symmetric matrix per vertex, in the plane m11 m12 m22, in space m11 m12 m22
+/// m13 m23 m33; of one size h per vertex those of 1 / h^2.
+/// @throws IoError as read_sizes does, for a metric that is not positive definite, and one with sizes of which one is
+/// more than 1e6 times another
+std::vector<Tensor> read_metrics(const std::string& path, std::optional<std::size_t> expected_count = {});
+
+/// @param dimension  2: of the plane, entries across it are left away
+/// @throws as write_sizes, for a metric that is not positive definite
+void write_metrics(const std::string& path, std::span<const Tensor> metrics, int dimension = 3);
 
 }  // namespace gradus

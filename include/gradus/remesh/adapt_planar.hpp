@@ -3,6 +3,7 @@
 #pragma once
 
 #include "gradus/control/sampled_background.hpp"
+#include "gradus/gradation/anisotropic.hpp"
 #include "gradus/gradation/grade.hpp"
 #include "gradus/remesh/planar.hpp"
 
@@ -13,12 +14,15 @@
 namespace gradus {
 
 struct PlanarAdaptOptions {
-    std::optional<GradationOptions> gradation = {};  ///< none: sizes as they are wanted
+    std::optional<GradationOptions> gradation = {};               ///< of sizes; none: as they are wanted
+    std::optional<TensorGradationOptions> tensor_gradation = {};  ///< of size tensors
     SamplingOptions sampling = {};
     RemeshOptions remesh = {};
     int max_iterations = 20;
-    /// A mesh satisfies a map when this share of its edges has lengths in [1/sqrt(2), sqrt(2)] in it. The loop ends
-    /// before where no iteration brings it nearer to that.
+    /// The mesh satisfies what is wanted when this share of its edges has lengths in [1/sqrt(2), sqrt(2)] in the map
+    /// that it was made with, and is not longer in the sizes wanted as they are sampled on it, before they are
+    /// corrected. (A corrected map depends on the background it is corrected on, most of all where metrics are
+    /// intersected.) The loop ends before where no iteration brings it nearer to that.
     double unit_share = 0.95;
     std::function<void(int iteration)> progress = {};  ///< called before each iteration; may be empty
 };
@@ -28,6 +32,7 @@ struct MetricFit {
     double worst = 1,
            mean = 0;        ///< area-length quality in the metric, of each triangle where it is worst of its corners
     double unit_share = 1;  ///< of the edges
+    double not_long = 1;    ///< share of the edges of at most sqrt(2)
     double shortest = 0, longest = 0;  ///< metric length of an edge
 };
 
@@ -40,7 +45,9 @@ struct PlanarAdaptIteration {
     int background_vertices = 0;
     double predicted_triangles = 0;  ///< by the map
     int triangles = 0;
-    MetricFit own, next;      ///< in the map that the mesh was made with, and in that sampled on it
+    MetricFit own;            ///< in the map that the mesh was made with
+    MetricFit wanted;         ///< in the sizes wanted, sampled on it
+    MetricFit next;           ///< in the map that these become when they are corrected
     double shock_before = 1;  ///< largest H-shock of the map as sampled
     double shock = 1;         ///< and as it was meshed
     double seconds = 0;
