@@ -94,7 +94,7 @@ int run_adapt(const Options& options) {
             write_adapted(path, adaption);
         }
         if (options.map.empty()) return;
-        write_map(files.emplace_back(options.map), adaption);
+        write_map(files.emplace_back(options.map), adaption.corrected);
         write_mesh(files.emplace_back(with_extension(options.map, ".mesh")), adaption.background);
     });
     if (!options.pictures.empty()) {

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "files.hpp"
 #include "gradus/control/expression.hpp"
@@ -54,15 +53,16 @@ Adaption adapt_to(const Triangulation& domain, const Wanted& wanted, const Plana
         auto result = adapt_planar<Size>(domain, size_function(Expression(wanted.size)), options);
         Adaption adaption = common(result);
         adaption.sizes = std::move(result.sizes);
-        adaption.background_sizes = std::move(result.background.sizes);
+        adaption.wanted.sizes = std::move(result.wanted);
+        adaption.corrected.sizes = std::move(result.background.sizes);
         return adaption;
     }
     auto result = adapt_planar<SizeTensor>(domain, metric_function(Expression(wanted.metric)), options);
     Adaption adaption = common(result);
     adaption.sizes = mean_sizes(result.sizes);
     adaption.metrics = metrics_of(result.sizes);
-    adaption.background_sizes = mean_sizes(result.background.sizes);
-    adaption.background_metrics = metrics_of(result.background.sizes);
+    adaption.wanted.metrics = metrics_of(result.wanted);
+    adaption.corrected.metrics = metrics_of(result.background.sizes);
     return adaption;
 }
 
@@ -162,26 +162,11 @@ void write_adapted(const std::string& path, const Adaption& adaption) {
     write_mesh_data(path, data);
 }
 
-void write_map(const std::string& path, const Adaption& adaption) {
-    if (adaption.is_metric())
-        write_metrics(path, adaption.background_metrics, 2);
+void write_map(const std::string& path, const Adaption::Map& map) {
+    if (!map.metrics.empty())
+        write_metrics(path, map.metrics, 2);
     else
-        write_sizes(path, adaption.background_sizes, 2);
-}
-
-std::vector<std::vector<Eigen::Vector3d>> unit_balls(std::span<const Eigen::Vector3d> points,
-                                                     std::span<const Tensor> metrics, double scale) {
-    constexpr int kPieces = 24;
-    std::vector<std::vector<Eigen::Vector3d>> balls;
-    for (std::size_t v = 0; v < points.size(); ++v) {
-        const Eigen::Matrix3d h = matrix_of(size_tensor(metrics[v]));
-        std::vector<Eigen::Vector3d>& ball = balls.emplace_back();
-        for (int i = 0; i <= kPieces; ++i) {
-            const double angle = 2 * std::numbers::pi * i / kPieces;
-            ball.push_back(points[v] + scale * h * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0));
-        }
-    }
-    return balls;
+        write_sizes(path, map.sizes, 2);
 }
 
 Image draw_from_above(const TriangleSoup& mesh, const Eigen::Vector2d& middle, double width) {

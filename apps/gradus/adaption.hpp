@@ -22,8 +22,13 @@ struct Wanted {
 /// A mesh with the map that it was made with: sizes, or metrics.
 struct Adaption {
     TriangleSoup mesh, background;
-    std::vector<double> sizes, background_sizes;  ///< of metrics those that their areas ask for
-    std::vector<Tensor> metrics, background_metrics;
+    std::vector<double> sizes;    ///< at the vertices of the mesh; of metrics those that their areas ask for
+    std::vector<Tensor> metrics;  ///< empty where sizes are wanted
+    /// At the vertices of the background: as wanted, and as corrected; of the two kinds the one that is wanted.
+    struct Map {
+        std::vector<double> sizes;
+        std::vector<Tensor> metrics;
+    } wanted, corrected;
     std::vector<PlanarAdaptIteration> iterations;
     RemeshStatistics statistics;
     bool converged = false, graded = true;
@@ -46,11 +51,7 @@ Json json_of(const Adaption& adaption);
 
 /// `.vtu` and `.msh` with the fields size and metric.
 void write_adapted(const std::string& path, const Adaption& adaption);
-void write_map(const std::string& path, const Adaption& adaption);
-
-/// Ellipses of unit balls, as polylines of a scale of their size.
-std::vector<std::vector<Eigen::Vector3d>> unit_balls(std::span<const Eigen::Vector3d> points,
-                                                     std::span<const Tensor> metrics, double scale);
+void write_map(const std::string& path, const Adaption::Map& map);
 
 /// Seen from above. @param width  of what is seen, 0: all
 Image draw_from_above(const TriangleSoup& mesh, const Eigen::Vector2d& middle = {0, 0}, double width = 0);

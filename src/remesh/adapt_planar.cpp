@@ -138,6 +138,7 @@ class Loop {
         iteration.predicted_triangles = result_.statistics.predicted_triangles;
         iteration.triangles = mesher_.connectivity().num_triangles();
         result_.background = std::move(map.background);
+        result_.wanted = std::move(map.wanted);
         result_.sizes = mesher_.sizes();
         iteration.own = measure_fit<M>(mesher_.points(), mesher_.connectivity(), result_.sizes);
         Map next = sample();

@@ -86,6 +86,11 @@ Foot PlanarSupport::at_vertex(int vertex) const {
 
 namespace {
 
+constexpr int kFewestPasses = 2, kMostPasses = 4;  // that bring the number of triangles near what is expected
+constexpr double kFirstFactor = 0.95;              // of sizes
+constexpr double kMore = 1.03;  // triangles than expected: where sizes change fast smaller elements are better shaped
+constexpr double kCloseCount = 0.02;
+
 // The label of each triangle: that of the domain under the largest triangle of its region, as feature edges bound it.
 std::vector<int> labels_of(const Triangulation& domain, std::span<const Vector3d> points, const Connectivity& mesh) {
     const TriangleSoup& soup = domain.soup();
@@ -121,6 +126,18 @@ template <class M>
 Foot foot_of(const VertexOf<M>& v) {
     return {v.place, v.p, v.n};
 }
+
+// A field whose sizes are all multiplied.
+template <class M>
+class ScaledField final : public MetricField<M> {
+  public:
+    ScaledField(const MetricField<M>& field, double factor) : field_(field), factor_(factor) {}
+    typename M::Value size(const Vector3d& p, int& hint) const override { return factor_ * field_.size(p, hint); }
+
+  private:
+    const MetricField<M>& field_;
+    double factor_;
+};
 
 }  // namespace
 
@@ -182,34 +199,51 @@ void PlanarMesher<M>::take_cuts(const SampledBackground<M>& background) {
 template <class M>
 RemeshStatistics PlanarMesher<M>::mesh(const SampledBackground<M>& background, const RemeshOptions& options) {
     RemeshStatistics statistics;
-    const InterpolatedField<M> field(background.points, background.mesh, background.sizes);
-    statistics.predicted_triangles = check_estimate(field, options);
+    const InterpolatedField<M> wanted(background.points, background.mesh, background.sizes);
+    statistics.predicted_triangles = check_estimate(wanted, options);
     StageClock clock(statistics.seconds);
     take_cuts(background);
-    std::vector<VertexOf<M>> vertices = std::move(state_->vertices);
-    for (std::size_t v = 0; v < vertices.size(); ++v) {
-        vertices[v].place.cell = background.mesh.outgoing(static_cast<int>(v)) / 3;
-        take_size(vertices[v], background.sizes[v]);
+    for (std::size_t v = 0; v < state_->vertices.size(); ++v)
+        state_->vertices[v].place.cell = mesh_.outgoing(static_cast<int>(v)) / 3;
+    // Unit edges make fewer triangles than the map asks for where sizes grow; smaller sizes make up for it. A mesh that
+    // begins with a good one gets better.
+    double factor = kFirstFactor;
+    for (int pass = 1; pass <= kMostPasses; ++pass) {
+        mesh_for(ScaledField<M>(wanted, factor), {.fast = options.fast, .goal = options.goal, .given = pass == 1},
+                 statistics, clock);
+        const double share = mesh_.num_triangles() / (kMore * statistics.predicted_triangles);
+        if (options.fast || (pass >= kFewestPasses && std::abs(share - 1) < kCloseCount)) break;
+        factor *= std::sqrt(share);
     }
-    EditorOf<M> editor(state_->support, field, std::move(vertices), std::move(mesh_));
-    statistics.generated_triangles = editor.mesh().num_live_triangles();
-    clock.done("assembly");
-    take_report(optimise(editor, {.fast = options.fast, .goal = options.goal, .given = true}, clock), statistics);
-    state_->vertices = editor.vertices();
-    mesh_ = editor.mesh();
     points_.clear();
     sizes_.clear();
     for (VertexOf<M>& v : state_->vertices) {
         points_.push_back(v.p);
-        sizes_.push_back(field.size(v.p, v.place.cell));
+        sizes_.push_back(wanted.size(v.p, v.place.cell));
     }
     clock.done("export");
     return statistics;
 }
 
 template <class M>
+void PlanarMesher<M>::mesh_for(const MetricField<M>& field, const OptimiseOptions& options,
+                               RemeshStatistics& statistics, StageClock& clock) {
+    std::vector<VertexOf<M>> vertices = std::move(state_->vertices);
+    for (VertexOf<M>& v : vertices) take_size(v, field.size(v.p, v.place.cell));
+    EditorOf<M> editor(state_->support, field, std::move(vertices), std::move(mesh_));
+    statistics.generated_triangles = editor.mesh().num_live_triangles();
+    clock.done("assembly");
+    take_report(optimise(editor, options, clock), statistics);
+    state_->vertices = editor.vertices();
+    mesh_ = editor.mesh();
+}
+
+template <class M>
 TriangleSoup PlanarMesher<M>::soup() const {
-    TriangleSoup soup{.points = points_, .labels = labels_of(state_->domain, points_, mesh_), .dimension = 2};
+    TriangleSoup soup;
+    soup.points = points_;
+    soup.labels = labels_of(state_->domain, points_, mesh_);
+    soup.dimension = 2;
     for (int t = 0; t < mesh_.num_triangles(); ++t) {
         soup.triangles.push_back(mesh_.triangle(t));
         for (int h = 3 * t; h < 3 * t + 3; ++h) {

@@ -56,8 +56,9 @@ struct PlanarAdaptIteration {
 template <class M>
 struct PlanarAdaptResult {
     TriangleSoup mesh;
-    std::vector<typename M::Value> sizes;  ///< of the map that the mesh was made with, at its vertices
-    SampledBackground<M> background;       ///< with the sizes that the mesh was made with
+    std::vector<typename M::Value> sizes;   ///< of the map that the mesh was made with, at its vertices
+    SampledBackground<M> background;        ///< with the sizes that the mesh was made with
+    std::vector<typename M::Value> wanted;  ///< sizes of the background before they were corrected
     std::vector<PlanarAdaptIteration> iterations;
     RemeshStatistics statistics;  ///< of the last mesh
     bool converged = false;       ///< the mesh satisfies the next map

@@ -11,6 +11,9 @@
 
 namespace gradus {
 
+struct OptimiseOptions;
+class StageClock;
+
 /// The plane z = 0 with the feature curves of a domain, each a chain with its arc length. A place is nothing but its
 /// point, inside, and its curve and arc length on one.
 class PlanarSupport final : public Support {
@@ -51,7 +54,8 @@ class PlanarMesher {
     PlanarMesher(PlanarMesher&&) noexcept;
 
     /// Takes the triangles of a background, which were cut from those that it has, and splits, collapses, flips and
-    /// moves them until their edges have length 1 in its sizes: so no edge spans what is thin.
+    /// moves them until their edges have length 1 in its sizes, and there are as many as these ask for, or up to 5 %
+    /// more: so no edge spans what is thin.
     /// @throws std::length_error, std::invalid_argument as remesh
     RemeshStatistics mesh(const SampledBackground<M>& background, const RemeshOptions& options = {});
 
@@ -65,6 +69,8 @@ class PlanarMesher {
   private:
     RequiredElements required() const;
     void take_cuts(const SampledBackground<M>& background);
+    void mesh_for(const MetricField<M>& field, const OptimiseOptions& options, RemeshStatistics& statistics,
+                  StageClock& clock);
 
     struct State;
     std::vector<Eigen::Vector3d> points_;
