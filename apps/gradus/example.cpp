@@ -8,7 +8,9 @@
 #include "files.hpp"
 #include "gradus/io/figure.hpp"
 #include "gradus/io/mesh_files.hpp"
+#include "gradus/io/quad_files.hpp"
 #include "gradus/plane/planar_graph.hpp"
+#include "quadrilaterals.hpp"
 #include "show.hpp"
 
 namespace gradus::app {
@@ -59,6 +61,8 @@ const Experiment kAnisotropicRing{"anisotropic-ring",
 struct Side {
     std::string name;
     Adaption adaption;
+    QuadMesh quads;
+    QuadReport quad_report;
 };
 
 std::unique_ptr<Triangulation> square() {
@@ -78,7 +82,13 @@ Side run_side(const std::string& name, const Experiment& experiment, const Optio
     }
     adapt.progress = [&](int iteration) { stages.detail("iteration " + std::to_string(iteration)); };
     const auto domain = square();
-    return {name, stages.run("adaption, " + name, [&] { return adapt_to(*domain, experiment.wanted, adapt); })};
+    Side side{
+        name, stages.run("adaption, " + name, [&] { return adapt_to(*domain, experiment.wanted, adapt); }), {}, {}};
+    stages.run("quadrilaterals, " + name, [&] {
+        side.quads = to_quads(side.adaption.mesh, {.mode = QuadOptions::Mode::All, .metrics = side.adaption.metrics});
+        side.quad_report = measure_quads(side.quads);
+    });
+    return side;
 }
 
 std::vector<std::vector<std::string>> table_of(const Experiment& experiment, const Side& raw, const Side& corrected) {
@@ -111,6 +121,9 @@ std::string text_of(const Experiment& experiment, const Options& options, const 
                                                  : fmt::format("with correction, H-shock at most {:g}", options.shock));
         text += aligned(rows_of(side->adaption)) + "  " + outcome_of(side->adaption) + "\n";
     }
+    for (const Side* side : {&raw, &corrected})
+        text += fmt::format("{}, as quadrilaterals{}\n{}", side->name,
+                            experiment.wanted.is_metric() ? ", in the metric" : "", app::text_of(side->quad_report));
     text += fmt::format("beside others (the map as it is wanted asks for {} triangles)\n", grouped(experiment.ideal));
     return text + aligned(table_of(experiment, raw, corrected));
 }
@@ -124,7 +137,15 @@ std::vector<Picture> pictures_of(const Experiment& experiment, const Side& raw, 
                               width > 0 ? "around the circle"
                                         : fmt::format("{}: {} triangles", side->name,
                                                       grouped(side->adaption.mesh.triangles.size()))});
-    return {{"triangles", "Triangles", compose(panels, {.columns = 2})}};
+    std::vector<Panel> quads;
+    for (const double width : {0.0, experiment.zoom})
+        for (const Side* side : {&raw, &corrected})
+            quads.push_back(
+                {draw_quads(side->quads, on_circle, width),
+                 width > 0 ? "around the circle"
+                           : fmt::format("{}: {} quadrilaterals", side->name, grouped(side->quads.quads.size()))});
+    return {{"triangles", "Triangles", compose(panels, {.columns = 2})},
+            {"quads", "Quadrilaterals", compose(quads, {.columns = 2})}};
 }
 
 std::vector<std::string> write_files(const Experiment& experiment, const Options& options, const Side& raw,
@@ -135,6 +156,7 @@ std::vector<std::string> write_files(const Experiment& experiment, const Options
         write_adapted(file(side->name + ".mesh"), side->adaption);
         write_adapted(file(side->name + ".vtu"), side->adaption);
     }
+    write_quads(file("quads.mesh"), corrected.quads);
     // Both maps on the background of the last one: what is wanted is the same everywhere.
     write_mesh(file("background.mesh"), corrected.adaption.background);
     write_map(file("raw.sol"), corrected.adaption.wanted);
@@ -155,6 +177,8 @@ int run_example(const Experiment& experiment, const Options& options) {
     Json json{{"example", experiment.name},
               {"raw", json_of(raw.adaption)},
               {"corrected", json_of(corrected.adaption)},
+              {"raw_quads", json_of(raw.quad_report)},
+              {"quads", json_of(corrected.quad_report)},
               {"stages", json_of(stages.times())}};
     if (!options.folder.empty()) {
         files.push_back(options.folder + "/report.json");

@@ -54,6 +54,7 @@ int main(int argc, char** argv) {
         add_grade(app, run);
         add_remesh(app, run);
         add_adapt(app, run);
+        add_quad(app, run);
         add_example(app, run);
         add_report(app, run);
         add_info(app, run);

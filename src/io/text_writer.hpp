@@ -30,7 +30,8 @@ class TextWriter {
     template <class Number>
     TextWriter& number(Number value) {
         char buffer[32];  // the longest double takes 24 characters
-        text_.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
+        const char* end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+        text_.append(std::string_view(buffer, static_cast<std::size_t>(end - buffer)));
         return *this;
     }
 
