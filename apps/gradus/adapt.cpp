@@ -72,6 +72,8 @@ void tell(const Options& options, const PlanarAdaptOptions& adapt, const Adaptio
 int run_adapt(const Options& options) {
     check(options);
     Stages stages(options.session);
+    Wanted wanted = options.wanted;
+    if (wanted.background.empty()) wanted.background = options.in;
     const PlanarAdaptOptions adapt = adapt_options(options, stages);
     if (!options.pictures.empty()) make_folder(options.pictures);
     const auto domain = stages.run("reading", [&] {
@@ -82,7 +84,7 @@ int run_adapt(const Options& options) {
     });
     const Adaption adaption = stages.run("adaption", [&] {
         try {
-            return adapt_to(*domain, options.wanted, adapt);
+            return adapt_to(*domain, wanted, adapt);
         } catch (const std::length_error& error) {
             throw Failure(options.in + ": " + error.what());
         }
@@ -128,13 +130,17 @@ void add_adapt(CLI::App& app, Run& run) {
         .add_option(
             "--size", options->wanted.size,
             "Size at (x, y): a formula, with helper variables before it, \"r = sqrt(x^2+y^2); r < 1 ? .01 : .1\"")
-        ->type_name("FORMULA");
+        ->type_name("FORMULA|MAP.sol");
     command
         .add_option(
             "--metric", options->wanted.metric,
             "Metric at (x, y): \"m11, m12, m22\", or a direction, the size along it and the size across, \"dx, dy, "
             "h1, h2\"")
-        ->type_name("FORMULA");
+        ->type_name("FORMULA|MAP.sol");
+    command
+        .add_option("--background", options->wanted.background,
+                    "Mesh at whose vertices MAP.sol gives sizes or metrics (default: DOMAIN)")
+        ->type_name("BG.mesh");
     command
         .add_option("-o,--output", options->out,
                     "Mesh, in the format of the extension: .mesh .meshb .msh .vtu .obj .off .ply .stl; may be repeated")

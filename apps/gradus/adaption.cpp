@@ -8,6 +8,7 @@
 #include "files.hpp"
 #include "gradus/control/expression.hpp"
 #include "gradus/io/mesh_files.hpp"
+#include "show.hpp"
 
 namespace gradus::app {
 
@@ -46,18 +47,46 @@ std::vector<Tensor> metrics_of(std::span<const Tensor> size_tensors) {
     return metrics;
 }
 
+// Sizes or size tensors of a file, interpolated on its background; outside of that those of the closest place on it.
+template <class M>
+SizeFunction<M> on_background(std::span<const typename M::Value> sizes, const TriangleSoup& background,
+                              const std::string& background_path) {
+    manifold_of(background_path, background);
+    const Connectivity mesh(static_cast<int>(background.points.size()), background.triangles);
+    const auto field = std::make_shared<const InterpolatedField<M>>(background.points, mesh, sizes);
+    return [field, hint = 0](const Eigen::Vector3d& p) mutable { return field->size(p, hint); };
+}
+
+SizeFunction<Size> wanted_sizes(const Wanted& wanted) {
+    if (kind_of(wanted.size) != FileKind::Sizes) return size_function(Expression(wanted.size));
+    const TriangleSoup background = read_mesh(wanted.background);
+    const std::vector<double> sizes = read_sizes(wanted.size, background.points.size());
+    for (std::size_t v = 0; v < sizes.size(); ++v)
+        if (!std::isfinite(sizes[v])) throw Failure(fmt::format("{}: vertex {} has no size", wanted.size, v + 1));
+    return on_background<Size>(sizes, background, wanted.background);
+}
+
+SizeFunction<SizeTensor> wanted_metrics(const Wanted& wanted) {
+    if (kind_of(wanted.metric) != FileKind::Sizes) return metric_function(Expression(wanted.metric));
+    const TriangleSoup background = read_mesh(wanted.background);
+    std::vector<Tensor> sizes;
+    for (const Tensor& metric : read_metrics(wanted.metric, background.points.size()))
+        sizes.push_back(size_tensor(metric));
+    return on_background<SizeTensor>(sizes, background, wanted.background);
+}
+
 }  // namespace
 
 Adaption adapt_to(const Triangulation& domain, const Wanted& wanted, const PlanarAdaptOptions& options) {
     if (!wanted.is_metric()) {
-        auto result = adapt_planar<Size>(domain, size_function(Expression(wanted.size)), options);
+        auto result = adapt_planar<Size>(domain, wanted_sizes(wanted), options);
         Adaption adaption = common(result);
         adaption.sizes = std::move(result.sizes);
         adaption.wanted.sizes = std::move(result.wanted);
         adaption.corrected.sizes = std::move(result.background.sizes);
         return adaption;
     }
-    auto result = adapt_planar<SizeTensor>(domain, metric_function(Expression(wanted.metric)), options);
+    auto result = adapt_planar<SizeTensor>(domain, wanted_metrics(wanted), options);
     Adaption adaption = common(result);
     adaption.sizes = mean_sizes(result.sizes);
     adaption.metrics = metrics_of(result.sizes);
@@ -91,6 +120,36 @@ std::string to_text(const TensorGradationOptions& options) {
     for (const auto& [name, method] : kMethods)
         if (method == options.method) bound += ", method " + name;
     return bound;
+}
+
+std::string text_of(const TensorGradationOptions& options, const TensorGradationResult& result, std::size_t vertices) {
+    const auto row = [](const std::string& name, const GradationReport& report) {
+        return std::vector<std::string>{name, shock_text(report.shock_max), shock_text(report.shock_p999),
+                                        fmt::format("{:.4g}", report.variation_max)};
+    };
+    std::string text = "gradation: " + to_text(options) + "\n";
+    text += aligned({{"along edges", "H-shock, largest", "99.9 %", "H-variation, largest"},
+                     row("before", result.before),
+                     row("after", result.after)});
+    return text + fmt::format("  {} of {} metrics changed, sizes by up to {:.3g}; {} visits; largest excess {:.2g}{}\n",
+                              grouped(result.lowered), grouped(vertices), result.largest_factor,
+                              grouped(static_cast<long long>(result.visits)), result.residual,
+                              result.met ? "" : ", NOT met");
+}
+
+Json json_of(const TensorGradationOptions& options, const TensorGradationResult& result) {
+    const auto report = [](const GradationReport& of) {
+        return Json{{"shock_max", of.shock_max}, {"shock_p999", of.shock_p999}, {"variation_max", of.variation_max}};
+    };
+    return {{"bound", to_text(options)},
+            {"lowered", result.lowered},
+            {"largest_factor", result.largest_factor},
+            {"converged", result.converged},
+            {"visits", result.visits},
+            {"residual", result.residual},
+            {"met", result.met},
+            {"before", report(result.before)},
+            {"after", report(result.after)}};
 }
 
 std::vector<std::vector<std::string>> rows_of(const Adaption& adaption) {

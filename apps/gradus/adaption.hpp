@@ -12,9 +12,10 @@
 
 namespace gradus::app {
 
-/// What is wanted, by formula: one of the two.
+/// What is wanted, by formula, or by a file with sizes or metrics at the vertices of a background: one of the two.
 struct Wanted {
     std::string size, metric;
+    std::string background = {};  ///< of such a file
 
     bool is_metric() const { return !metric.empty(); }
 };
@@ -36,13 +37,16 @@ struct Adaption {
     bool is_metric() const { return !metrics.empty(); }
 };
 
-/// @throws ExpressionError
+/// @throws ExpressionError; IoError, Failure naming a file
 Adaption adapt_to(const Triangulation& domain, const Wanted& wanted, const PlanarAdaptOptions& options);
 
 /// How metrics are corrected, as given. @throws UsageError
 std::optional<TensorGradationOptions> tensor_gradation_of(const GradationChoice& choice,
                                                           std::optional<double> default_shock);
 std::string to_text(const TensorGradationOptions& options);
+/// Measures before and after, and what happened. @param vertices  of the background
+std::string text_of(const TensorGradationOptions& options, const TensorGradationResult& result, std::size_t vertices);
+Json json_of(const TensorGradationOptions& options, const TensorGradationResult& result);
 
 /// A row for each iteration, below one with the headings.
 std::vector<std::vector<std::string>> rows_of(const Adaption& adaption);

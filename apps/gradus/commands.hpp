@@ -16,6 +16,7 @@ void add_report(CLI::App& app, Run& run);
 void add_adapt(CLI::App& app, Run& run);
 void add_example(CLI::App& app, Run& run);
 void add_quad(CLI::App& app, Run& run);
+void add_metric(CLI::App& app, Run& run);
 void add_info(CLI::App& app, Run& run);
 
 /// A command whose options live in `options` from now on, and which runs `work` on them. Its session sets the number of

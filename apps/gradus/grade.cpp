@@ -1,6 +1,7 @@
 // gradus grade: bounds how fast the sizes on a mesh change.
 #include <fmt/format.h>
 
+#include "adaption.hpp"
 #include "commands.hpp"
 #include "files.hpp"
 #include "gradus/io/mesh_files.hpp"
@@ -37,7 +38,47 @@ std::string proof_line(const Proof& proof) {
                        : "  certificate holds: every size is the input, or as large as a smaller neighbour allows\n";
 }
 
+// Whether a file has one number per vertex, or more.
+bool has_sizes(const std::string& path, std::size_t vertices) {
+    const std::vector<Field> fields = read_solution(path, vertices);
+    return fields.size() == 1 && fields[0].components == 1;
+}
+
+int grade_metrics(const Options& options, const TriangleSoup& soup, const TriMesh& mesh, Stages& stages) {
+    const TensorGradationOptions gradation = *tensor_gradation_of(options.gradation, std::nullopt);
+    check_output(options.out, {FileKind::Sizes});
+    const std::vector<Tensor> input = read_metrics(options.sizes, soup.points.size());
+    std::vector<Tensor> metrics = input;
+    const TensorGradationResult result = stages.run("gradation", [&] { return grade(mesh, metrics, gradation); });
+    std::optional<std::string> fault;
+    if (gradation.method == TensorGradationMethod::Shape)
+        fault = check_shape_certificate(mesh, gradation, input, metrics, result.parent);
+    else if (gradation.method != TensorGradationMethod::Paper)
+        fault = check_intersection_certificate(mesh, gradation, input, metrics);
+    write_metrics(options.out, metrics, soup.dimension);
+
+    options.session.say(fmt::format("{}: {} vertices, {} triangles\n", options.mesh, grouped(soup.points.size()),
+                                    grouped(soup.triangles.size())));
+    options.session.say(text_of(gradation, result, metrics.size()));
+    if (gradation.method != TensorGradationMethod::Paper)
+        options.session.say(fault ? "  certificate FAILS: " + *fault + "\n" : "  certificate holds\n");
+    options.session.say(fmt::format("wrote {}\n", options.out));
+    Json json = json_of(gradation, result);
+    json["vertices"] = metrics.size();
+    json["certificate"] = gradation.method == TensorGradationMethod::Paper ? Json(nullptr) : Json(!fault);
+    json["stages"] = json_of(stages.times());
+    json["files"] = {options.out};
+    print(options.session, json);
+    return result.met && !fault ? kMet : kFailed;
+}
+
 int run_grade(const Options& options) {
+    if (kind_of(options.sizes) == FileKind::Sizes && kind_of(options.out) == FileKind::Sizes) {
+        Stages stages(options.session);
+        const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
+        if (!has_sizes(options.sizes, soup.points.size()))
+            return grade_metrics(options, soup, manifold_of(options.mesh, soup), stages);
+    }
     const GradationOptions gradation = *gradation_of(options.gradation, std::nullopt);
     check_output(options.out, {FileKind::Sizes, FileKind::SizeView, FileKind::SizedMesh});
     Stages stages(options.session);
@@ -72,7 +113,9 @@ void add_grade(CLI::App& app, Run& run) {
         .add_option("BG", options->mesh,
                     "Triangle mesh that carries the sizes: .mesh .meshb .msh .obj .off .ply .stl .vtu .vtp .poly")
         ->required();
-    command.add_option("--size", options->sizes, "One size per vertex of BG")->required()->type_name("MAP.sol");
+    command.add_option("--size", options->sizes, "One size, or one metric, per vertex of BG")
+        ->required()
+        ->type_name("MAP.sol");
     command
         .add_option("-o,--output", options->out,
                     "Graded sizes; may be MAP.sol itself; .pos or .msh for Gmsh, .vtu, .ply with colours")

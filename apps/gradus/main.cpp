@@ -53,6 +53,7 @@ int main(int argc, char** argv) {
         add_sizemap(app, run);
         add_grade(app, run);
         add_remesh(app, run);
+        add_metric(app, run);
         add_adapt(app, run);
         add_quad(app, run);
         add_example(app, run);

@@ -29,6 +29,7 @@ constexpr double kWeightOfQuality = 10000;
 constexpr int kSweeps = 12;           // of smoothing
 constexpr int kMendings = 4;          // rounds of the topology
 constexpr double kFlatCorner = 0.02;  // Jacobian ratio below which a corner counts as turned over
+constexpr double kAreaWeight = 0.5;   // in the energy   // in the energy
 constexpr double kKept = 0.2;         // quality that a change of the topology may leave, if it was not less before
 constexpr int kNone = -1;
 
@@ -120,8 +121,29 @@ class Quadrangulation {
             if (normals_[v].squaredNorm() > 0) normals_[v].normalize();
             is_flat_ = is_flat_ && points_[v].z() == 0;
         }
+        find_areas();
         if (!options_.metrics.empty()) find_shapes();
         if (!is_flat_) closest_ = std::make_unique<ClosestTriangle>(soup_.points, soup_.triangles);
+    }
+
+    // Elements are to be as large as two of the triangles that were there.
+    void find_areas() {
+        areas_.assign(points_.size(), 0);
+        std::vector<double> sides(points_.size(), 1);
+        for (int v = 0; v < mesh_.num_vertices(); ++v) {
+            cells_.push_back(mesh_.is_live_vertex(v) ? mesh_.outgoing(v) / 3 : 0);
+            if (!mesh_.is_live_vertex(v)) continue;
+            double sum = 0;
+            int count = 0;
+            mesh_.for_each_outgoing(v, [&](int h) {
+                const Vector3d &a = points_[mesh_.target(h)], &b = points_[mesh_.apex(h)];
+                sum += (a - points_[v]).cross(b - points_[v]).norm();
+                ++count;
+            });
+            areas_[v] = sum / count;
+            if (areas_[v] > 0) sides[v] = std::sqrt(areas_[v]);
+        }
+        sides_.emplace(points_, mesh_, sides);
     }
 
     void find_shapes() {
@@ -129,14 +151,14 @@ class Quadrangulation {
         for (const Tensor& metric : options_.metrics) sizes.push_back(size_tensor(metric));
         field_.emplace(points_, mesh_, sizes);
         shapes_.resize(points_.size());
-        for (int v = 0; v < mesh_.num_vertices(); ++v) {
-            cells_.push_back(mesh_.is_live_vertex(v) ? mesh_.outgoing(v) / 3 : 0);
-            take_shape(v);
-        }
+        for (int v = 0; v < mesh_.num_vertices(); ++v) take_place(v);
     }
 
-    // Of the metric where a vertex is.
-    void take_shape(int v) {
+    // The area and the shape that are asked for where a vertex is.
+    void take_place(int v) {
+        const double side = sides_->size(points_[v], cells_[v]);
+        areas_[v] = side * side;
+        if (!field_) return;
         const Tensor size = field_->size(points_[v], cells_[v]);
         const Vector3d n = normals_[v].isZero() ? Vector3d::UnitZ().eval() : normals_[v];
         shapes_[v] = mean_square_size(size, n) * metric_of(size);
@@ -200,7 +222,18 @@ class Quadrangulation {
             const double uneven = (la + lb) / (2 * area);
             sum += uneven * uneven + 1 / (ratio * ratio);
         }
-        return sum / p.size();
+        return sum / p.size() + (p.size() == 4 ? kAreaWeight * area_term(p) : 0);
+    }
+
+    // 0 where a quadrilateral is as large as asked for.
+    double area_term(const Polygon& p) const {
+        double wanted = 0;
+        Vector3d n = Vector3d::Zero();
+        for (const int v : p.v) wanted += areas_[v] / 4, n += normals_[v];
+        const double area =
+            n.stableNormalized().dot((points_[p.v[2]] - points_[p.v[0]]).cross(points_[p.v[3]] - points_[p.v[1]])) / 2;
+        const double m = std::max(area / wanted, 1e-3);
+        return (m + 1 / m) / 2 - 1;
     }
 
     Polygon merged(int h) const {
@@ -405,7 +438,7 @@ class Quadrangulation {
                 points_[v] = best;
             }
         }
-        if (field_) take_shape(v);
+        take_place(v);
     }
 
     void smooth(int sweeps) {
@@ -633,9 +666,11 @@ class Quadrangulation {
     QuadStatistics& statistics_;
     Connectivity mesh_;
     std::vector<Vector3d> points_, normals_;
-    std::optional<TensorSpace> field_;  // of the metrics
-    std::vector<int> cells_;            // triangles of it at the vertices
-    std::vector<Tensor> shapes_;        // of the metrics, or empty
+    std::optional<ControlSpace> sides_;  // square roots of areas
+    std::vector<double> areas_;          // asked for at the vertices
+    std::optional<TensorSpace> field_;   // of the metrics
+    std::vector<int> cells_;             // triangles of it at the vertices
+    std::vector<Tensor> shapes_;         // of the metrics, or empty
     std::vector<char> fixed_;
     std::vector<int> part_, required_triangles_;
     int num_parts_ = 0;
