@@ -267,8 +267,12 @@ double residual_of(TensorGradationMethod method) {
     return method == TensorGradationMethod::Physical ? kChangeOfPhysical : kResidual;
 }
 
-bool scales(TensorGradationMethod method) {
-    return method == TensorGradationMethod::Shape || method == TensorGradationMethod::Paper;
+// Where edges are coarse the limit that scaling keeps to is below what the bound itself allows.
+double excess_of_measures(const GradationReport& report, const TensorGradationOptions& options) {
+    double excess = 0;
+    if (options.shock) excess = std::max(excess, report.shock_max / *options.shock - 1);
+    if (options.variation) excess = std::max(excess, report.variation_max / *options.variation - 1);
+    return excess;
 }
 
 }  // namespace
@@ -325,10 +329,14 @@ TensorGradationResult grade(const TriMesh& mesh, std::span<Tensor> metrics, cons
         for (std::size_t v = 0; v < input.size(); ++v)
             result.largest_factor = std::max(result.largest_factor, largest_ratio(input[v], metrics[v]));
     }
-    result.residual = scales(options.method) ? excess_of_sizes(graph, bound, metrics)
-                                             : excess_of_balls(graph, options, bound.slope(), metrics);
-    result.met = result.residual <= residual_of(options.method);
     result.after = measure_gradation(mesh, metrics);
+    if (options.method == TensorGradationMethod::Shape)
+        result.residual = excess_of_sizes(graph, bound, metrics);
+    else if (options.method == TensorGradationMethod::Paper)
+        result.residual = excess_of_measures(result.after, options);
+    else
+        result.residual = excess_of_balls(graph, options, bound.slope(), metrics);
+    result.met = result.residual <= residual_of(options.method);
     return result;
 }
 
