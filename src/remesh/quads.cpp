@@ -282,7 +282,7 @@ class Quadrangulation {
         for (int k = 0; k < polygons_[p].size(); ++k) std::erase(around_[polygons_[p].v[k]], p);
     }
     void replace(int p, const std::array<int, 4>& v) {
-        detach(p);
+        if (polygons_[p].is_live()) detach(p);
         polygons_[p].v = v;
         if (v[0] != kNone) attach(p);
     }
