@@ -1,6 +1,7 @@
 #include "gradus/remesh/parametric.hpp"
 
 #include "editor.hpp"
+#include "gradus/curvature/principal.hpp"
 #include "gradus/remesh/curves.hpp"
 #include "optimise.hpp"
 #include "place_vertices.hpp"
@@ -39,7 +40,8 @@ void tag_features(const SurfaceModel& model, const PatchSupport& support, const 
 }
 
 // Every place of a vertex on a feature: one per side or corner that has it.
-std::vector<SurfacePoint> places_of(const SurfaceModel& model, const Vertex& v) {
+template <class M>
+std::vector<SurfacePoint> places_of(const SurfaceModel& model, const VertexOf<M>& v) {
     std::vector<SurfacePoint> places;
     if (v.bound == Bound::Curve) {
         const ModelCurve& curve = model.curves()[v.place.curve];
@@ -53,7 +55,8 @@ std::vector<SurfacePoint> places_of(const SurfaceModel& model, const Vertex& v) 
 
 // The patch that all corners of a triangle lie on, all of them on features; of several the one that faces as the
 // triangle does.
-int common_patch(const SurfaceModel& model, const Vertex& a, const Vertex& b, const Vertex& c) {
+template <class M>
+int common_patch(const SurfaceModel& model, const VertexOf<M>& a, const VertexOf<M>& b, const VertexOf<M>& c) {
     const Eigen::Vector3d facing = (b.p - a.p).cross(c.p - a.p);
     const std::array<std::vector<SurfacePoint>, 3> places{places_of(model, a), places_of(model, b),
                                                           places_of(model, c)};
@@ -73,25 +76,28 @@ int common_patch(const SurfaceModel& model, const Vertex& a, const Vertex& b, co
 }
 
 // The patch under a triangle: that of all its corners, or the one its middle falls on.
-int patch_under(const SurfaceModel& model, const Support& support, const Vertex& a, const Vertex& b, const Vertex& c) {
-    const auto inside = [](const Vertex& v) { return v.bound == Bound::Free; };
+template <class M>
+int patch_under(const SurfaceModel& model, const Support& support, const VertexOf<M>& a, const VertexOf<M>& b,
+                const VertexOf<M>& c) {
+    const auto inside = [](const VertexOf<M>& v) { return v.bound == Bound::Free; };
     if (inside(a) && inside(b) && inside(c) && a.place.at.patch == b.place.at.patch &&
         b.place.at.patch == c.place.at.patch)
         return a.place.at.patch;
     const Eigen::Vector3d middle = (a.p + b.p + c.p) / 3;
-    for (const Vertex* v : {&a, &b, &c}) {
+    for (const VertexOf<M>* v : {&a, &b, &c}) {
         if (!inside(*v)) continue;
         if (const auto foot = support.move(v->place, v->p, middle)) return foot->place.at.patch;
     }
-    for (const Vertex* v : {&a, &b, &c})
+    for (const VertexOf<M>* v : {&a, &b, &c})
         if (inside(*v)) return v->place.at.patch;
     return common_patch(model, a, b, c);
 }
 
-SurfaceMesh export_mesh(const SurfaceModel& model, const Support& support, const Editor& editor) {
+template <class M>
+SurfaceMesh export_mesh(const SurfaceModel& model, const Support& support, const EditorOf<M>& editor) {
     SurfaceMesh result;
     const Connectivity& mesh = editor.mesh();
-    for (const Vertex& v : editor.vertices()) {
+    for (const VertexOf<M>& v : editor.vertices()) {
         result.points.push_back(model.position(v.place.at));
         result.places.push_back(v.place.at);
         result.sizes.push_back(v.h);
@@ -154,9 +160,12 @@ std::vector<Vertex> place_vertices(const SurfaceModel& model, const PatchSupport
     return vertices;
 }
 
-RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, const RemeshOptions& options) {
-    RemeshResult result;
-    RemeshStatistics& statistics = result.statistics;
+namespace {
+
+// The mesh of a control space, which `finish` is given with the statistics and the clock so far.
+template <class Finish>
+void generate(const SurfaceModel& model, const ControlSpace& control, const RemeshOptions& options,
+              RemeshStatistics& statistics, const Finish& finish) {
     statistics.predicted_triangles = check_estimate(control, options);
     std::optional<tbb::global_control> limit;
     if (options.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
@@ -180,10 +189,81 @@ RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, cons
     statistics.generated_triangles = editor.mesh().num_live_triangles();
     clock.done("assembly");
 
-    take_report(optimise(editor, {.fast = options.fast, .goal = options.goal}, clock), statistics);
-    result.mesh = export_mesh(model, support, editor);
+    finish(support, editor, clock);
     clock.done("export");
+}
+
+// The vertices of a mesh with other sizes, on a background that is the mesh itself.
+std::vector<VertexOf<SizeTensor>> with_metrics(const Editor& editor, std::span<const Tensor> size_tensors) {
+    std::vector<VertexOf<SizeTensor>> vertices(size_tensors.size());
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+        const Vertex& from = editor.vertex(static_cast<int>(v));
+        VertexOf<SizeTensor>& x = vertices[v];
+        x.p = from.p;
+        x.n = from.n;
+        x.place = from.place;
+        x.place.cell = editor.mesh().outgoing(static_cast<int>(v)) / 3;
+        x.bound = from.bound;
+        x.lean = from.lean;
+        take_size(x, size_tensors[v]);
+    }
+    return vertices;
+}
+
+}  // namespace
+
+RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, const RemeshOptions& options) {
+    RemeshResult result;
+    generate(model, control, options, result.statistics,
+             [&](const PatchSupport& support, Editor& editor, StageClock& clock) {
+                 take_report(optimise(editor, {.fast = options.fast, .goal = options.goal}, clock), result.statistics);
+                 result.mesh = export_mesh(model, support, editor);
+             });
     return result;
+}
+
+RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, const SurfaceMetric& metric,
+                    const std::optional<TensorGradationOptions>& gradation, const RemeshOptions& options) {
+    RemeshResult result;
+    generate(model, control, options, result.statistics,
+             [&](const PatchSupport& support, Editor& editor, StageClock& clock) {
+                 take_report(optimise(editor, {.fast = true}, clock), result.statistics);
+                 editor.renumber();
+                 std::vector<Eigen::Vector3d> points;
+                 std::vector<Tensor> metrics;
+                 for (const Vertex& v : editor.vertices()) {
+                     points.push_back(v.p);
+                     metrics.push_back(metric(v.place.at));
+                 }
+                 std::vector<Triangle> triangles;
+                 for (int t = 0; t < editor.mesh().num_triangles(); ++t) triangles.push_back(editor.mesh().triangle(t));
+                 if (gradation) grade(make_mesh(points, triangles), metrics, *gradation);
+                 for (Tensor& m : metrics) m = size_tensor(m);
+                 const TensorSpace field(points, editor.mesh(), metrics);
+                 result.statistics.predicted_triangles = check_estimate(field, options);
+                 clock.done("metric");
+                 EditorOf<SizeTensor> stretched(support, field, with_metrics(editor, metrics), editor.mesh());
+                 for (const bool given : {true, false})
+                     take_report(
+                         optimise(stretched, {.fast = options.fast, .goal = options.goal, .given = given}, clock),
+                         result.statistics);
+                 result.mesh = export_mesh(model, support, stretched);
+             });
+    return result;
+}
+
+Tensor chord_error_metric(const SurfaceModel& model, const SurfacePoint& at, double error, const TensorBounds& bounds) {
+    const PrincipalCurvatures k = principal_curvatures(model.patch(at.patch), at.uv);
+    const auto size = [&](double curvature) {
+        const double rho = 1 / std::max(std::abs(curvature), 1e-300);
+        const double h = std::sqrt(3 * error * std::max(2 * rho - error, error));
+        return std::clamp(h, bounds.smallest, bounds.largest);
+    };
+    Eigen::Matrix3d axes;
+    axes << k.d1, k.d2, k.normal;
+    const double h1 = size(k.k1), h2 = size(k.k2);
+    // Across the surface nothing counts: neither small nor large.
+    return bounded(metric_along(axes, {h1, h2, std::sqrt(h1 * h2)}), bounds);
 }
 
 }  // namespace gradus

@@ -2,9 +2,12 @@
 #pragma once
 
 #include "gradus/control/control_space.hpp"
+#include "gradus/gradation/anisotropic.hpp"
 #include "gradus/remesh/surface_mesh.hpp"
 #include "gradus/surface/surface_model.hpp"
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,5 +42,19 @@ struct RemeshResult {
 /// @throws std::length_error naming the estimate when the map asks for more than max_triangles
 /// @throws std::invalid_argument for a size below 1e-9 of the coordinates there
 RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, const RemeshOptions& options = {});
+
+/// Metric wanted at a place of the surface.
+using SurfaceMetric = std::function<Tensor(const SurfacePoint&)>;
+
+/// The same with a metric: from a mesh of the control space, which is to be fine enough for the metric to be told at
+/// its vertices, by local operations until edges have length 1 in the metric interpolated between those.
+/// @param gradation  of the metrics there; none: as they are
+RemeshResult remesh(const SurfaceModel& model, const ControlSpace& control, const SurfaceMetric& metric,
+                    const std::optional<TensorGradationOptions>& gradation, const RemeshOptions& options = {});
+
+/// Metric of equal chord errors in both principal directions: a triangle that is equilateral in it is at most `error`
+/// from the surface, as far as its curvature is that at the place. h_i = sqrt(3/4) 2 sqrt(E (2 rho_i - E)).
+/// @param bounds  of sizes
+Tensor chord_error_metric(const SurfaceModel& model, const SurfacePoint& at, double error, const TensorBounds& bounds);
 
 }  // namespace gradus
