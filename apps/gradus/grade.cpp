@@ -73,14 +73,14 @@ int grade_metrics(const Options& options, const TriangleSoup& soup, const TriMes
 }
 
 int run_grade(const Options& options) {
+    check_output(options.out, {FileKind::Sizes, FileKind::SizeView, FileKind::SizedMesh});
     if (kind_of(options.sizes) == FileKind::Sizes && kind_of(options.out) == FileKind::Sizes) {
         Stages stages(options.session);
         const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
-        if (!has_sizes(options.sizes, soup.points.size()))
-            return grade_metrics(options, soup, manifold_of(options.mesh, soup), stages);
+        const TriMesh mesh = manifold_of(options.mesh, soup);
+        if (!has_sizes(options.sizes, soup.points.size())) return grade_metrics(options, soup, mesh, stages);
     }
     const GradationOptions gradation = *gradation_of(options.gradation, std::nullopt);
-    check_output(options.out, {FileKind::Sizes, FileKind::SizeView, FileKind::SizedMesh});
     Stages stages(options.session);
     const TriangleSoup soup = stages.run("reading", [&] { return read_mesh(options.mesh); });
     const TriMesh mesh = manifold_of(options.mesh, soup);

@@ -19,6 +19,8 @@ namespace gradus::app {
 
 namespace {
 
+constexpr double kMostAspect = 1000;  // of anisotropic elements
+
 // The size map that patches are meshed for, and how it came about.
 struct Map {
     SizedBackground sized;
@@ -33,6 +35,8 @@ class ModelSource final : public Source {
 
     void check(const MeshRequest& request) const override {
         if (!request.fields.empty()) throw UsageError("--field is for triangle meshes, not for " + choice_.in);
+        if (request.anisotropic && !choice_.sizing.chord_error)
+            throw UsageError("--anisotropic needs --chord-error E, which its elements keep");
     }
     Made mesh(const MeshRequest& request, Stages& stages) const override;
     Mapped map(const MapRequest& request, Stages& stages) const override;
@@ -93,22 +97,41 @@ void ModelSource::mesh_within(const MeshRequest& request, const SurfaceModel& mo
         return remesh_within(model, map.sized, wanted,
                              {.gradation = request.gradation, .hmin = map.hmin, .remesh = request.remesh});
     });
+    if (request.anisotropic) {
+        const std::size_t isotropic = within.result.mesh.triangles.size();
+        within = stages.run("stretching", [&] {
+            return stretch_within(
+                model, map.sized, wanted,
+                {.gradation = request.gradation && request.gradation->shock
+                                  ? std::optional(TensorGradationOptions{.shock = request.gradation->shock})
+                                  : std::nullopt,
+                 .bounds = {map.rule ? map.rule->hmin : map.hmin, map.rule ? map.rule->hmax : model.diagonal(),
+                            kMostAspect},
+                 .remesh = request.remesh});
+        });
+        made.json["isotropic_triangles"] = isotropic;
+        made.note = fmt::format(
+            "elements as long as the surface lets them be: {} triangles, {:.2f} times as many as "
+            "with sizes alone\n",
+            grouped(within.result.mesh.triangles.size()),
+            static_cast<double>(within.result.mesh.triangles.size()) / static_cast<double>(isotropic));
+    }
     made.result = std::move(within.result);
     made.met = within.kept;
     const Deviation& d = within.deviation;
-    made.note = fmt::format(
+    made.note += fmt::format(
         "distance: at most {:.4g} from the surface to the mesh, {:.4g} back, {:.2g} of it for facets that stand for "
         "the surface; {:.4g} asked for, {}, sizes lowered {} times\n",
         d.from_reference.bound, d.from_mesh.bound, within.facets, wanted, within.kept ? "kept" : "NOT kept",
         within.lowerings);
-    made.json = {{"distance",
-                  {{"from_input", {{"bound", d.from_reference.bound}}},
-                   {"from_mesh", {{"bound", d.from_mesh.bound}}},
-                   {"facets", within.facets}}},
-                 {"new_contacts", nullptr},
-                 {"chord_error", wanted},
-                 {"chord_error_kept", within.kept},
-                 {"refinements", within.lowerings}};
+    made.json.update({{"distance",
+                       {{"from_input", {{"bound", d.from_reference.bound}}},
+                        {"from_mesh", {{"bound", d.from_mesh.bound}}},
+                        {"facets", within.facets}}},
+                      {"new_contacts", nullptr},
+                      {"chord_error", wanted},
+                      {"chord_error_kept", within.kept},
+                      {"refinements", within.lowerings}});
     if (within.kept) return;
     const OneSidedDistance& side = d.from_mesh.largest >= d.from_reference.largest ? d.from_mesh : d.from_reference;
     made.where = fmt::format(", by {:.3g} at {:.6g} {:.6g} {:.6g}", side.largest, side.point.x(), side.point.y(),

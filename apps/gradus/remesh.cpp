@@ -241,6 +241,10 @@ void add_remesh(CLI::App& app, Run& run) {
         ->allow_extra_args(false)
         ->take_all()
         ->group("Triangulations");
+    command
+        .add_flag("--anisotropic", options->request.anisotropic,
+                  "Elements as long as --chord-error lets them be: of patches and cages")
+        ->group("Sizes");
     command.add_flag("--fast", options->request.remesh.fast, "Smooth shapes only, do not search for better ones");
     command.add_option("--max-triangles", options->max_triangles, "Refuse to make more")
         ->type_name("N")

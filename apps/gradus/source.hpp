@@ -35,6 +35,7 @@ struct MeshRequest {
     std::vector<std::string> out, fields;
     std::string sizes, background;  ///< a size map in place of the curvature; or empty
     std::optional<GradationOptions> gradation;
+    bool anisotropic = false;  ///< elements as long as the surface lets them be
     RemeshOptions remesh;
 };
 

@@ -18,6 +18,9 @@ class TriangleSource final : public Source {
   public:
     TriangleSource(const SourceChoice& choice, const Session& session) : choice_(choice), session_(session) {}
 
+    void check(const MeshRequest& request) const override {
+        if (request.anisotropic) throw UsageError("--anisotropic is for patches and cages, not for " + choice_.in);
+    }
     Made mesh(const MeshRequest& request, Stages& stages) const override;
     Mapped map(const MapRequest& request, Stages& stages) const override;
 

@@ -73,3 +73,23 @@ TEST_CASE("The chord error holds over trimmed patches too", "[remesh]") {
     CHECK(made.kept);
     CHECK(off_sphere(made.result.mesh) <= 0.01);
 }
+
+TEST_CASE("Elements as long as a torus lets them be keep the chord error with fewer triangles", "[remesh][property]") {
+    const models::Kind kind = models::kind_of("torus");
+    const SurfaceModel model = kind.make();
+    const double error = 0.002 * model.diagonal();
+    SizingRule rule = rule_within(error, {.hmax = 2});
+    SizedBackground map = make_background(model, rule);
+    GradationOptions gradation;
+    gradation.shock = 1.5;
+    grade(map.background.mesh, map.sizes, gradation);
+    const PatchChordErrorResult round = remesh_within(model, map, error, {.gradation = gradation});
+    REQUIRE(round.kept);
+    const PatchChordErrorResult made = stretch_within(
+        model, map, error, {.gradation = TensorGradationOptions{.shock = 2}, .bounds = {1e-3, model.diagonal(), 1000}});
+    CHECK(made.kept);
+    CHECK(made.deviation.bound() <= error);
+    CHECK(made.result.mesh.triangles.size() < 0.7 * static_cast<double>(round.result.mesh.triangles.size()));
+    for (std::size_t v = 0; v < made.result.mesh.points.size(); ++v)
+        CHECK(made.result.mesh.points[v] == model.position(made.result.mesh.places[v]));
+}

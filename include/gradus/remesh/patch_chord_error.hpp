@@ -37,4 +37,17 @@ struct PatchChordErrorResult {
 PatchChordErrorResult remesh_within(const SurfaceModel& model, SizedBackground& map, double chord_error,
                                     const PatchChordErrorOptions& options = {});
 
+struct StretchOptions {
+    std::optional<TensorGradationOptions> gradation = {};
+    TensorBounds bounds = {};  ///< of sizes
+    RemeshOptions remesh = {};
+    int most_facets = 20'000'000;
+};
+
+/// The same with elements that are as long as the surface lets them be: by the metric of equal chord errors in both
+/// principal directions (chord_error_metric), whose sizes are lowered where the distance is above the chord error.
+/// @param map  sizes of a mesh that is fine enough to tell the metric at its vertices: best those of remesh_within
+PatchChordErrorResult stretch_within(const SurfaceModel& model, const SizedBackground& map, double chord_error,
+                                     const StretchOptions& options = {});
+
 }  // namespace gradus
