@@ -87,9 +87,9 @@ Foot PlanarSupport::at_vertex(int vertex) const {
 namespace {
 
 constexpr int kFewestPasses = 2, kMostPasses = 4;  // that bring the number of triangles near what is expected
-constexpr double kFirstFactor = 0.97;              // of sizes
+constexpr double kFirstFactor = 0.95;              // of sizes
 constexpr double kMore = 1.03;  // triangles than expected: where sizes change fast smaller elements are better shaped
-constexpr double kCloseCount = 0.03;
+constexpr double kCloseCount = 0.02;
 
 // The label of each triangle: that of the domain under the largest triangle of its region, as feature edges bound it.
 std::vector<int> labels_of(const Triangulation& domain, std::span<const Vector3d> points, const Connectivity& mesh) {
@@ -209,9 +209,8 @@ RemeshStatistics PlanarMesher<M>::mesh(const SampledBackground<M>& background, c
     // begins with a good one gets better.
     double factor = kFirstFactor;
     for (int pass = 1; pass <= kMostPasses; ++pass) {
-        mesh_for(ScaledField<M>(wanted, factor),
-                 {.fast = options.fast, .goal = options.goal, .given = pass == 1, .fitted = pass > 1}, statistics,
-                 clock);
+        mesh_for(ScaledField<M>(wanted, factor), {.fast = options.fast, .goal = options.goal, .given = pass == 1},
+                 statistics, clock);
         const double share = mesh_.num_triangles() / (kMore * statistics.predicted_triangles);
         if (options.fast || (pass >= kFewestPasses && std::abs(share - 1) < kCloseCount)) break;
         factor *= std::sqrt(share);
