@@ -18,7 +18,7 @@ struct Options {
     Session session;
     std::string in, metrics, pictures;
     std::vector<std::string> out;
-    bool all = false, refine = false;
+    bool all = false, refine = false, no_label_borders = false;
 };
 
 void check(const Options& options) {
@@ -37,8 +37,10 @@ int run_quad(const Options& options) {
     check(options);
     Stages stages(options.session);
     if (!options.pictures.empty()) make_folder(options.pictures);
-    const TriangleSoup soup =
+    TriangleSoup soup =
         stages.run("reading", [&] { return sound(options.in, read_mesh(options.in), false, options.session); });
+    // Labels go with their borders.
+    if (options.no_label_borders) soup.labels.clear();
     std::vector<Tensor> metrics;
     if (!options.metrics.empty()) metrics = read_metrics(options.metrics, soup.points.size());
     QuadStatistics statistics;
@@ -97,6 +99,8 @@ void add_quad(CLI::App& app, Run& run) {
     auto* refine =
         command.add_flag("--refine", options->refine, "Halve every edge, so that there are quadrilaterals only");
     all->excludes(refine);
+    command.add_flag("--no-label-borders", options->no_label_borders,
+                     "Quadrilaterals across borders of labels, as of patches; the labels are left behind");
     command
         .add_option("--metric", options->metrics,
                     "Sizes or metrics at the vertices of MESH, in which shapes are judged")
